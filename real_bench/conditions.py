@@ -1,0 +1,47 @@
+"""The conditions of the benchmark, by the paper's names: REAL_OM, REAL_IM, REAL_IJ and so on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from real_bench.errors import RealBenchError
+
+PERCEPTIONS = {"O": "object positions", "I": "images"}
+CONTROLS = {"M": "macro-actions", "J": "joints", "C": "cartesian"}
+
+
+class ConditionError(RealBenchError):
+    """A condition that does not exist."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What the robot perceives and how it is controlled (paper, section Simplifications).
+
+    Attributes:
+        perception: ``O``, it sees object positions and masks; ``I``, it does not.
+        control: ``M`` macro-actions, ``J`` joints, ``C`` cartesian.
+    """
+
+    perception: str
+    control: str
+
+    @classmethod
+    def parse(cls, name: str) -> Condition:
+        """``OM`` and the like; raises ConditionError with the valid names."""
+        if len(name) == 2 and name[0] in PERCEPTIONS and name[1] in CONTROLS:
+            return cls(name[0], name[1])
+        raise ConditionError(f"unknown condition {name!r}: use one of {', '.join(CONDITION_NAMES)}")
+
+    @property
+    def name(self) -> str:
+        """Two letters, as in the paper's REAL_OM."""
+        return self.perception + self.control
+
+    @property
+    def sees_objects(self) -> bool:
+        """Whether positions, orientations and masks of objects are observed."""
+        return self.perception == "O"
+
+
+CONDITION_NAMES = tuple(p + c for p in PERCEPTIONS for c in CONTROLS)

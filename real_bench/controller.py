@@ -1,0 +1,117 @@
+"""The contract between a controller and the benchmark, on one page.
+
+A controller is a class of one of two kinds:
+
+* **One call a step**, the official class API: derive from :class:`BasePolicy`, define ``step``.
+* **Whole actions**, which the benchmark executes in its fast loop: derive from
+  :class:`Controller`, define ``next_action``.
+
+Either way it is made with the two spaces, and it is called in this order::
+
+    controller = YourClass(action_space, observation_space)
+    controller.seed(seed)
+    # intrinsic phase
+    controller.set_state(state)                   # only where a run is resumed
+    controller.start_intrinsic_phase()
+    controller.step(...) or .next_action(...)     # until the phase's steps are over
+    controller.end_intrinsic_phase(observation, reward, done)
+    state = controller.get_state()                # kept in the run file
+    # extrinsic phase, perhaps in another process
+    controller.set_state(state)
+    controller.use_experience(experience)
+    controller.start_extrinsic_phase()
+    for each goal:                                # each on a copy of the controller as it is here,
+        controller.seed(seed of the goal)         # unless learns_across_trials
+        controller.start_extrinsic_trial()
+        controller.step(...) or .next_action(...)
+        controller.end_extrinsic_trial(observation, reward, done)
+    controller.end_extrinsic_phase()
+
+Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
+the simulation, the goal file or the score.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from real_bench.actions import Action
+
+if TYPE_CHECKING:
+    from real_bench.recording import Experience
+
+State = dict[str, Any]
+"""What a controller hands over: names to numbers, text, bytes, numpy arrays, or lists and dicts
+of these. No pickle: a state can be read anywhere, and runs no code."""
+
+
+class BasePolicy:
+    """The official class API, one call a step; also importable as ``real_robots.policy``.
+
+    Attributes:
+        learns_across_trials: true for a controller that goes on learning from one trial to the
+            next. It is then tested in one process, goal after goal; any other controller meets
+            every goal as the intrinsic phase left it.
+    """
+
+    learns_across_trials = False
+
+    def __init__(self, action_space: Any, observation_space: Any) -> None:
+        self.action_space = action_space
+        self.observation_space = observation_space
+
+    def step(self, observation: Mapping[str, Any], reward: float, done: bool) -> Mapping[str, Any]:
+        """The action dict for the next step.
+
+        ``reward`` is always 0. The camera images of the next observation are zeros unless the
+        action's ``render`` is true.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no step()")
+
+    def start_intrinsic_phase(self) -> None:
+        """Free play begins."""
+
+    def end_intrinsic_phase(
+        self, observation: Mapping[str, Any], reward: float, done: bool
+    ) -> None:
+        """Free play is over."""
+
+    def start_extrinsic_phase(self) -> None:
+        """The tests begin."""
+
+    def end_extrinsic_phase(self) -> None:
+        """The tests are over."""
+
+    def start_extrinsic_trial(self) -> None:
+        """A test begins: the next observation shows its goal."""
+
+    def end_extrinsic_trial(
+        self, observation: Mapping[str, Any], reward: float, done: bool
+    ) -> None:
+        """The test is over."""
+
+    def seed(self, seed: int) -> None:
+        """Where a controller's randomness comes from; the same seed must give the same play."""
+
+    def get_state(self) -> State:
+        """All that is needed to go on from here: generators, learned weights, counters."""
+        return {}
+
+    def set_state(self, state: State) -> None:
+        """Go on from what :meth:`get_state` gave."""
+
+    def use_experience(self, experience: Experience) -> None:
+        """The triplets of the intrinsic phase, as far as the condition lets them be seen."""
+
+
+class Controller(BasePolicy):
+    """A controller that decides on whole actions, lasting many steps each."""
+
+    def next_action(self, observation: Mapping[str, Any]) -> Action:
+        """The next action; see :class:`real_bench.actions.Action` for how to make one.
+
+        What is not read from the observation is never computed, so images are free until asked
+        for, and are rendered whenever they are.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no next_action()")

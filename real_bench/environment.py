@@ -1,0 +1,110 @@
+"""The benchmark as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import cycle
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.conditions import Condition
+from real_bench.goal_sets import Goal, GoalSet, load_goal_set
+from real_bench.phases.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.scoring.metric import goal_score
+from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
+from real_bench.task import Task
+
+
+class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
+    """REAL, one simulation step (5 ms) a call.
+
+    Without goals it is the intrinsic phase: 15,000,000 steps, ``goal`` all zeros. With goals every
+    ``reset`` begins a trial of 10,000 steps with the next goal (or ``options={"goal": k}``), from a
+    fresh world. The reward is always 0, ``terminated`` never true; when a trial is truncated,
+    ``info["score"]`` is the goal's score.
+
+    Actions are the official dicts; a command may be None (go home). Camera images are zeros
+    unless the action's ``render`` is true; the observation of ``reset`` always has them.
+
+    Args:
+        condition: two letters, O or I and M, J or C (paper, section Simplifications).
+        objects: number of objects, 1 to 3.
+        scene: ``official``, ``builtin`` or the path of a manifest.
+        goals: a goal set or its file, for the extrinsic phase.
+        max_steps: steps until truncation, where it is not to be the phase's own length.
+        render_mode: ``rgb_array`` (the robot's camera) or ``human`` (pybullet's window).
+
+    Raises:
+        RealBenchError: an unknown condition or scene, or goals that do not fit.
+    """
+
+    metadata = {"render_modes": ["rgb_array", "human"], "render_fps": round(1 / STEP_S)}  # noqa: RUF012
+
+    def __init__(
+        self,
+        condition: str = "OM",
+        *,
+        objects: int = 1,
+        scene: str | Path = DEFAULT_SCENE,
+        goals: GoalSet | str | Path | None = None,
+        max_steps: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        loaded = load_scene(scene)
+        goal_set = load_goal_set(Path(goals)) if isinstance(goals, str | Path) else goals
+        if goal_set is not None:
+            goal_set.check_fits(loaded, objects)
+        self._goal_set = goal_set
+        self._next_goals: Iterator[Goal] = cycle(goal_set.goals if goal_set else ())
+        self._max_steps = max_steps or (TRIAL_STEPS if goal_set else INTRINSIC_STEPS)
+        self.render_mode = render_mode
+        self._task = Task(loaded, Condition.parse(condition), objects, gui=render_mode == "human")
+        self.action_space = self._task.action_space
+        self.observation_space = self._task.observation_space
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin anew in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
+        super().reset(seed=seed)
+        self._task.begin(self._choose_goal(options or {}))
+        return self._task.observe().now(), {}
+
+    def step(
+        self, action: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """One simulation step; raises ActionError for an action that is not one."""
+        self._task.step(self._task.control.command(action))
+        observation = self._task.observe(render=wants_render(action)).now()
+        truncated = self._task.n_steps >= self._max_steps
+        return observation, 0.0, False, truncated, self._info(truncated)
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """The camera's image (240, 320, 3) in mode ``rgb_array``; the window shows itself."""
+        return self._task.simulation.image().retina if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """Close the simulation."""
+        self._task.close()
+
+    def _choose_goal(self, options: Mapping[str, Any]) -> Goal | None:
+        if self._goal_set is None:
+            return None
+        if "goal" in options:
+            return self._goal_set.goals[options["goal"]]
+        return next(self._next_goals)
+
+    def _info(self, truncated: bool) -> dict[str, Any]:
+        if not truncated or self._task.goal is None:
+            return {}
+        positions = self._task.simulation.object_poses()[:, :3]
+        return {"score": goal_score(positions, self._task.goal.final_poses[:, :3])}
+
+
+def wants_render(action: Mapping[str, Any]) -> bool:
+    """Whether an official action dict asks for camera images."""
+    return bool(np.any(action.get("render", False)))

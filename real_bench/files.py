@@ -1,0 +1,48 @@
+"""Files that appear whole, and outputs that are never overwritten unasked."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from real_bench.errors import RealBenchError
+
+
+class OutputError(RealBenchError):
+    """A file that cannot be written, or must not be."""
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it is there whole or, after any failure, as it was before."""
+    try:
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            Path(temporary).chmod(0o644)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def check_output(path: Path, *, overwrite: bool, remedy: str = "--overwrite") -> None:
+    """Find out before any work is done whether a file can be written.
+
+    Raises:
+        OutputError: it exists and must not be overwritten, or its folder cannot be written.
+    """
+    if path.is_dir():
+        raise OutputError(f"{path} is a folder, not a file")
+    if path.exists() and not overwrite:
+        raise OutputError(f"{path} exists: use {remedy}, or another --out")
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise OutputError(f"cannot write into {path.parent}: {error.strerror or error}") from error

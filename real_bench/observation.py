@@ -1,0 +1,46 @@
+"""What a controller sees: computed when it is read, so that what nobody reads costs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from real_bench.errors import ControllerError
+
+
+class Observation(Mapping[str, Any]):
+    """One moment, under the official keys.
+
+    A value is computed when it is first read. Once the robot has moved on, what was not read can
+    no longer be had: reading it raises ControllerError.
+    """
+
+    def __init__(self, senses: Mapping[str, Callable[[], Any]]) -> None:
+        self._senses = senses
+        self._seen: dict[str, Any] = {}
+        self._past = False
+
+    def __getitem__(self, key: str) -> Any:
+        if key not in self._seen:
+            sense = self._senses[key]
+            if self._past:
+                raise ControllerError(
+                    f"observation[{key!r}] was not read in its time: read what you want to keep "
+                    "before you return an action"
+                )
+            self._seen[key] = sense()
+        return self._seen[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._senses)
+
+    def __len__(self) -> int:
+        return len(self._senses)
+
+    def expire(self) -> None:
+        """The robot moves on: nothing more can be read, what was read stays."""
+        self._past = True
+
+    def now(self) -> dict[str, Any]:
+        """Everything, read now, as a plain dict."""
+        return {key: self[key] for key in self}

@@ -1,0 +1,8 @@
+"""Recordings of the intrinsic phase: schema, writer, reader."""
+
+from real_bench.recording.experience import Experience
+from real_bench.recording.header import Header, package_versions
+from real_bench.recording.reader import MOVED_M, Recording
+from real_bench.recording.recorder import Recorder
+
+__all__ = ["MOVED_M", "Experience", "Header", "Recorder", "Recording", "package_versions"]

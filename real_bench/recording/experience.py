@@ -1,0 +1,72 @@
+"""The triplets of a run as its condition lets a controller see them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.conditions import Condition
+from real_bench.errors import RecordingError
+from real_bench.recording.reader import Recording
+
+
+class Experience:
+    """What a robot went through: triplets (s, a, s') of precondition, action, outcome.
+
+    Where the condition has no O there are no positions, whatever the file holds.
+
+    Args:
+        path: a recording; it is opened for each reading, so that an experience can be copied and
+            sent to other processes.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with Recording(path) as recording:
+            rows = recording.transitions
+            condition = Condition.parse(recording.header.condition)
+            self.object_names = recording.header.object_names
+            self._poses = recording.object_poses if condition.sees_objects else None
+        self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
+        self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
+
+    def __len__(self) -> int:
+        return len(self._preconditions)
+
+    def positions_before(self) -> NDArray[np.float64]:
+        """Objects' positions before each action, (n, n_objects, 3) metres; needs O."""
+        return self._positions(self._preconditions)
+
+    def positions_after(self) -> NDArray[np.float64]:
+        """Objects' positions after each action, (n, n_objects, 3) metres; needs O."""
+        return self._positions(self._outcomes)
+
+    def image_before(self, index: int) -> NDArray[np.uint8]:
+        """The image before an action, (height, width, 3) uint8; raises RecordingError."""
+        return self._image(self._preconditions[index])
+
+    def image_after(self, index: int) -> NDArray[np.uint8]:
+        """The image after an action, (height, width, 3) uint8; raises RecordingError."""
+        return self._image(self._outcomes[index])
+
+    def action(self, index: int) -> Action:
+        """An action as it was executed, ready to be executed again."""
+        first, count = int(self._first_commands[index]), int(self._n_commands[index])
+        with Recording(self._path) as recording:
+            rows = recording.commands[first : first + count]
+        return Action(rows["command"], rows["n_steps"], rows["line"].astype(bool))
+
+    def _positions(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        if self._poses is None:
+            raise RecordingError("in image conditions an experience has no positions")
+        return self._poses[rows, :, :3]
+
+    def _image(self, row: int) -> NDArray[np.uint8]:
+        with Recording(self._path) as recording:
+            if recording.images is None:
+                raise RecordingError(f"{self._path} was recorded without images")
+            image: NDArray[np.uint8] = recording.images[row]
+        return image

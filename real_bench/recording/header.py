@@ -1,0 +1,87 @@
+"""What it takes to redo a run: the header of every recording."""
+
+from __future__ import annotations
+
+import json
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from real_bench.conditions import Condition
+from real_bench.version import __version__
+
+RECORDED_PACKAGES = ("pybullet", "numpy", "h5py", "hdf5plugin", "gymnasium")
+
+
+class Header(BaseModel):
+    """Facts of a run that stay the same from its first step to its last.
+
+    Attributes:
+        condition: two letters, as in the paper.
+        objects: number of objects.
+        object_names: their names, in order.
+        scene: name of the scene.
+        scene_source: what the scene is found by: its name, or the path of its manifest.
+        scene_sha256: hash of the scene's manifest and files.
+        seed: of the run.
+        controller: as the user named it.
+        controller_sha256: hash of the file that defines it; empty where there is none.
+        images: whether camera images are recorded.
+        versions: of Python and the packages that can change the outcome.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    condition: str
+    objects: int = Field(ge=1, le=3)
+    object_names: tuple[str, ...]
+    scene: str
+    scene_source: str
+    scene_sha256: str = Field(pattern="^[0-9a-f]{64}$")
+    seed: int = Field(ge=0)
+    controller: str
+    controller_sha256: str = Field("", pattern="^([0-9a-f]{64})?$")
+    images: bool
+    versions: dict[str, str]
+
+    @field_validator("condition")
+    @classmethod
+    def _condition_exists(cls, name: str) -> str:
+        return Condition.parse(name).name
+
+    def differences(self, other: Header, fields: tuple[str, ...]) -> list[str]:
+        """What is not the same in two headers, as ``field: mine, not yours``."""
+        return [
+            f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}"
+            for field in fields
+            if getattr(self, field) != getattr(other, field)
+        ]
+
+    def to_attributes(self) -> dict[str, Any]:
+        """As HDF5 attributes: numbers and text as they are, the rest as JSON."""
+        fields = self.model_dump(mode="json")
+        return {
+            key: json.dumps(value) if isinstance(value, dict | list) else value
+            for key, value in fields.items()
+        }
+
+    @classmethod
+    def from_attributes(cls, attributes: dict[str, Any]) -> Header:
+        """Read and check what :meth:`to_attributes` wrote; raises ValueError."""
+        fields = {key: attributes[key] for key in cls.model_fields}
+        for key in ("object_names", "versions"):
+            fields[key] = json.loads(fields[key])
+        return cls.model_validate(fields)
+
+
+def package_versions() -> dict[str, str]:
+    """The versions that can change what a run does."""
+    versions = {"real-bench": __version__, "python": platform.python_version()}
+    for package in RECORDED_PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:  # pragma: no cover  a dependency that is always there
+            versions[package] = "unknown"
+    return versions

@@ -1,0 +1,145 @@
+"""Read a recording, also one that is being written or was cut short."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import h5py
+import hdf5plugin  # noqa: F401  registers the compression of the images
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.controller import State
+from real_bench.errors import RecordingError
+from real_bench.recording.header import Header
+from real_bench.recording.schema import FORMAT, SCHEMA_VERSION
+from real_bench.recording.state import load_state
+
+MOVED_M = 0.01
+"""An object counts as moved when an action displaced it by more (paper, section Results)."""
+
+
+class Recording:
+    """A recording open for reading.
+
+    Raises:
+        RecordingError: the file does not exist, is not a recording, is damaged, or was written by
+            a newer version.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with self._guard():
+            self._file = h5py.File(path, "r")
+        try:
+            self._check_format()
+            with self._guard():
+                self.header = Header.from_attributes(dict(self._file.attrs))
+                self.n_steps = int(self._file.attrs["n_steps"])
+                self.transitions: NDArray[Any] = self._file["transitions"][()]
+                self.total_steps = int(self._file.attrs["total_steps"])
+                self.cuts: list[int] = self._file["cuts"]["step"].tolist()
+                self.n_states = len(self._file["states"])
+                self._check_rows()
+        except BaseException:
+            self._file.close()
+            raise
+
+    @property
+    def commands(self) -> h5py.Dataset:
+        """The command rows, read from the file as they are sliced."""
+        return self._file["commands"]
+
+    @property
+    def states(self) -> NDArray[Any]:
+        """Joint positions, touch sensors and step of every state, as a structured array."""
+        with self._guard():
+            states: NDArray[Any] = self._file["states"][()]
+        return states
+
+    @property
+    def images(self) -> h5py.Dataset | None:
+        """The camera image of every state, (m, height, width, 3) uint8; None without images."""
+        return self._file.get("images")
+
+    @property
+    def object_poses(self) -> NDArray[np.float64]:
+        """True poses of the objects in every state, (m, n_objects, 7). For analysis."""
+        with self._guard():
+            poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
+        return poses
+
+    def controller_state(self) -> State:
+        """What the controller handed over; empty where it did not."""
+        with self._guard():
+            group = self._file["controller_state"]
+            return load_state(group) if len(group) else {}
+
+    def displacements(self) -> NDArray[np.float64]:
+        """How far each action moved each object, (t, n_objects) metres."""
+        positions = self.object_poses[:, :, :3]
+        before = positions[self.transitions["precondition"]]
+        after = positions[self.transitions["outcome"]]
+        return np.asarray(np.linalg.norm(after - before, axis=2), np.float64)
+
+    def share_moved(self) -> float:
+        """The share of actions that moved an object by more than 1 cm; NaN without actions."""
+        moved = (self.displacements() > MOVED_M).any(axis=1)
+        return float(moved.mean()) if len(moved) else float("nan")
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _check_format(self) -> None:
+        attributes = self._file.attrs
+        if attributes.get("format") != FORMAT:
+            raise RecordingError(f"{self.path} is not a recording of realbench")
+        version = attributes.get("schema_version")
+        if version != SCHEMA_VERSION:
+            raise RecordingError(
+                f"{self.path} is of schema version {version}; this realbench reads "
+                f"version {SCHEMA_VERSION} (install a newer realbench)"
+            )
+
+    def _check_rows(self) -> None:
+        rows = self.transitions
+        images = self.images
+        good = (
+            len(self._file["ground_truth/object_poses"]) == self.n_states
+            and (images is None or len(images) == self.n_states)
+            and int(rows["n_steps"].sum()) == self.n_steps
+            and int(rows["n_commands"].sum()) == len(self.commands)
+            and (not len(rows) or 0 <= rows["precondition"].min())
+            and (not len(rows) or rows["outcome"].max() < self.n_states)
+        )
+        if not good:
+            raise ValueError("its rows do not fit together")
+
+    @contextmanager
+    def _guard(self) -> Iterator[None]:
+        """Turn whatever a bad file makes h5py raise into one clear error."""
+        try:
+            yield
+        except FileNotFoundError as error:
+            raise RecordingError(f"the recording {self.path} does not exist") from error
+        except (OSError, KeyError, ValueError, RuntimeError, TypeError) as error:
+            reason = " ".join(str(error).split())
+            raise RecordingError(
+                f"{self.path} cannot be read, it is damaged or not a recording: {reason}"
+            ) from error

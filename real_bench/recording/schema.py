@@ -1,0 +1,122 @@
+"""The layout of a recording (HDF5), in one place.
+
+::
+
+    /                      attributes: format, schema_version, the header's fields,
+                           n_steps (so far), total_steps (asked for)
+    /transitions           one row an action: the triplet (s, a, s') by row numbers
+        precondition, outcome    rows of /states (and /images, /ground_truth)
+        first_command, n_commands, first_step, n_steps
+    /commands              one row a command: command (size,), n_steps, line
+    /states                joint_positions (9,), touch_sensors (4,), step
+    /images                (m, 240, 320, 3) uint8, one a state, where images are recorded
+    /ground_truth/object_poses   (m, n_objects, 7), one a state; for analysis
+    /cuts                  where a run was resumed: step, and what the controller and the
+                           packages were from there on; a fresh world began there
+    /controller_state      what the controller hands over
+
+The outcome of one action is the precondition of the next, so each state is kept once. After a
+cut the world begins anew at the recorded poses, so the first action has a state of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import h5py
+import hdf5plugin
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.recording.header import Header
+from real_bench.simulation.scene import Camera
+
+FORMAT = "realbench-run"
+SCHEMA_VERSION = 1
+
+IMAGES_A_CHUNK = 16
+ROWS_A_CHUNK = 1024
+
+TRANSITION = np.dtype(
+    [
+        ("precondition", "<i8"),
+        ("outcome", "<i8"),
+        ("first_command", "<i8"),
+        ("n_commands", "<i8"),
+        ("first_step", "<i8"),
+        ("n_steps", "<i8"),
+    ]
+)
+STATE = np.dtype(
+    [("joint_positions", "<f8", (9,)), ("touch_sensors", "<f8", (4,)), ("step", "<i8")]
+)
+CUT = np.dtype([("step", "<i8"), ("controller_sha256", "S64"), ("versions", "S1024")])
+
+
+def command_type(size: int) -> np.dtype[Any]:
+    """The row type of /commands for command vectors of a size."""
+    return np.dtype([("command", "<f8", (size,)), ("n_steps", "<i8"), ("line", "u1")])
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Rows that belong together; the names are those of the datasets."""
+
+    transitions: NDArray[Any]
+    commands: NDArray[Any]
+    states: NDArray[Any]
+    images: NDArray[np.uint8] | None
+    object_poses: NDArray[np.float64]
+    cuts: NDArray[Any]
+    n_steps: int
+    total_steps: int
+    controller_state: dict[str, Any] | None
+
+    def datasets(self) -> dict[str, NDArray[Any]]:
+        """The rows by the path of their dataset."""
+        rows: dict[str, NDArray[Any]] = {
+            "transitions": self.transitions,
+            "commands": self.commands,
+            "states": self.states,
+            "ground_truth/object_poses": self.object_poses,
+            "cuts": self.cuts,
+        }
+        if self.images is not None:
+            rows["images"] = self.images
+        return rows
+
+
+def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -> None:
+    """Lay out an empty recording."""
+    file.attrs["format"] = FORMAT
+    file.attrs["schema_version"] = SCHEMA_VERSION
+    file.attrs["n_steps"] = file.attrs["total_steps"] = 0
+    for key, value in header.to_attributes().items():
+        file.attrs[key] = value
+    _empty(file, "transitions", TRANSITION)
+    _empty(file, "commands", command_type(command_size))
+    _empty(file, "states", STATE)
+    _empty(file, "ground_truth/object_poses", np.dtype("<f8"), (header.objects, 7))
+    _empty(file, "cuts", CUT)
+    file.create_group("controller_state")
+    if header.images:
+        picture = (camera.height, camera.width, 3)
+        _empty(file, "images", np.dtype("u1"), picture, IMAGES_A_CHUNK)
+
+
+def _empty(
+    file: h5py.File,
+    name: str,
+    dtype: np.dtype[Any],
+    shape: tuple[int, ...] = (),
+    rows_a_chunk: int = ROWS_A_CHUNK,
+) -> None:
+    file.create_dataset(
+        name,
+        shape=(0, *shape),
+        maxshape=(None, *shape),
+        dtype=dtype,
+        chunks=(rows_a_chunk, *shape),
+        **hdf5plugin.Zstd(clevel=3),
+    )

@@ -1,0 +1,82 @@
+"""A controller's state in HDF5, without pickle.
+
+The structure is one JSON text; arrays and bytes lie beside it as datasets, and the JSON refers to
+them by number.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import h5py
+import numpy as np
+
+from real_bench.errors import RecordingError
+
+_TREE = "structure"
+_MARK = "__dataset__"
+
+
+def save_state(group: h5py.Group, state: dict[str, Any]) -> None:
+    """Write a state into an empty group; raises RecordingError for what cannot be kept."""
+    datasets: list[np.ndarray[Any, Any]] = []
+    tree = json.dumps(_strip(state, datasets, "state"))
+    group.create_dataset(_TREE, data=np.frombuffer(tree.encode(), np.uint8))
+    for number, array in enumerate(datasets):
+        group.create_dataset(str(number), data=array)
+
+
+def load_state(group: h5py.Group) -> dict[str, Any]:
+    """Read what :func:`save_state` wrote; raises KeyError or ValueError where it is damaged."""
+    tree = json.loads(group[_TREE][()].tobytes().decode())
+    state = _restore(tree, group)
+    if not isinstance(state, dict):
+        raise ValueError("a controller's state must be a dict")
+    return state
+
+
+def check_state(state: dict[str, Any]) -> None:
+    """Raise RecordingError where a state could not be kept."""
+    json.dumps(_strip(state, [], "state"))
+
+
+def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
+    """The JSON form of a value; its arrays and bytes go to ``datasets``."""
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        return value if np.isfinite(value) else {_MARK: "float", "value": repr(value)}
+    if isinstance(value, bytes):
+        datasets.append(np.frombuffer(value, np.uint8))
+        return {_MARK: "bytes", "number": len(datasets) - 1}
+    if isinstance(value, np.ndarray | np.generic):
+        return _strip_array(np.asarray(value), datasets, where)
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value) and _MARK not in value:
+        return {key: _strip(item, datasets, f"{where}[{key!r}]") for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_strip(item, datasets, f"{where}[{i}]") for i, item in enumerate(value)]
+    raise RecordingError(
+        f"a controller's {where} is of type {type(value).__name__}: only numbers, text, bytes, "
+        "numpy arrays, and lists and dicts (with text keys) of these can be kept"
+    )
+
+
+def _strip_array(array: np.ndarray[Any, Any], datasets: list[Any], where: str) -> dict[str, Any]:
+    if array.dtype.kind not in "biufc":
+        raise RecordingError(f"a controller's {where} is an array of {array.dtype}: not of numbers")
+    datasets.append(array.copy())
+    return {_MARK: "array", "number": len(datasets) - 1}
+
+
+def _restore(tree: Any, group: h5py.Group) -> Any:
+    if isinstance(tree, list):
+        return [_restore(item, group) for item in tree]
+    if not isinstance(tree, dict):
+        return tree
+    if _MARK not in tree:
+        return {key: _restore(item, group) for key, item in tree.items()}
+    if tree[_MARK] == "float":
+        return float(tree["value"])
+    content = group[str(tree["number"])][()]
+    return content.tobytes() if tree[_MARK] == "bytes" else content

@@ -1,0 +1,122 @@
+"""The robot of a world: its joints by command, its touch sensors, its inverse kinematics."""
+
+from __future__ import annotations
+
+import numpy as np
+from real_bench.simulation.bullet import pybullet
+from numpy.typing import NDArray
+
+from real_bench.errors import SceneError
+from real_bench.simulation.scene import Scene
+
+HOME = (0.0,) * 9  # arm straight up, gripper closed; also what "no command" means
+TOUCH_DISTANCE = 0.1
+IK_ITERATIONS = 1000
+IK_RESIDUAL = 0.001
+INITIAL_GAIN = 0.1
+
+
+class Robot:
+    """The loaded robot; nine commands drive eleven joints.
+
+    Command 7 drives both finger bases, command 8 (sign flipped) both finger tips.
+    """
+
+    def __init__(self, scene: Scene, client: int) -> None:
+        spec = scene.manifest.robot
+        self.client = client
+        self.body = pybullet.loadURDF(
+            str(scene.path(spec.urdf)),
+            flags=pybullet.URDF_GOOGLEY_UNDEFINED_COLORS,
+            physicsClientId=client,
+        )
+        pybullet.resetBasePositionAndOrientation(
+            self.body, spec.position, (0, 0, 0, 1), physicsClientId=client
+        )
+        joints, links = self._names()
+        try:
+            arm = [joints[name] for name in spec.arm_joints]
+            bases = [joints[name] for name in spec.finger_base_joints]
+            tips = [joints[name] for name in spec.finger_tip_joints]
+            self._end_effector = links[spec.end_effector]
+            self._touch_links = [links[name] for name in spec.touch_links]
+        except KeyError as error:
+            raise SceneError(
+                f"scene {scene.name}: {spec.urdf} has no joint or link {error}"
+            ) from error
+        self.all_joints = range(len(joints))
+        self.observed_joints = [*arm, bases[0], tips[0]]
+        self.driven_joints = [*arm, *bases, *tips]
+        self.switch_motors_off()
+
+    def switch_motors_off(self) -> None:
+        """Give every joint a position motor without force."""
+        for joint in self.all_joints:
+            pybullet.setJointMotorControl2(
+                self.body,
+                joint,
+                pybullet.POSITION_CONTROL,
+                targetPosition=0,
+                positionGain=INITIAL_GAIN,
+                velocityGain=INITIAL_GAIN,
+                force=0,
+                physicsClientId=self.client,
+            )
+
+    def set_joint_positions(self, positions: NDArray[np.float64]) -> None:
+        """Put the joints at nine angles (as observed), at rest."""
+        angles = dict.fromkeys(self.all_joints, 0.0)
+        angles.update(zip(self.driven_joints, joint_targets(list(positions)), strict=True))
+        for joint, angle in angles.items():
+            pybullet.resetJointState(self.body, joint, angle, 0, physicsClientId=self.client)
+
+    def joint_positions(self) -> NDArray[np.float64]:
+        """The nine observed joint angles, (9,) radians."""
+        states = pybullet.getJointStates(self.body, self.observed_joints, self.client)
+        angles = np.array([state[0] for state in states])
+        angles[8] = -angles[8]
+        return angles
+
+    def touch_sensors(self) -> NDArray[np.float64]:
+        """The largest normal force on each of the four skins, (4,) newtons; 0 without contact."""
+        return np.array([self._largest_force(link) for link in self._touch_links])
+
+    def inverse_kinematics(
+        self, position: tuple[float, ...], quaternion: tuple[float, ...]
+    ) -> tuple[float, ...]:
+        """Joint angles that bring the gripper to a pose, solved from the present state.
+
+        One number for each movable joint of the URDF, in its order.
+        """
+        solution: tuple[float, ...] = pybullet.calculateInverseKinematics(
+            self.body,
+            self._end_effector,
+            position,
+            quaternion,
+            maxNumIterations=IK_ITERATIONS,
+            residualThreshold=IK_RESIDUAL,
+            physicsClientId=self.client,
+        )
+        return solution
+
+    def _largest_force(self, link: int) -> float:
+        contacts = pybullet.getContactPoints(
+            bodyA=self.body, linkIndexA=link, physicsClientId=self.client
+        )
+        forces = (contact[9] for contact in contacts if abs(contact[8]) < TOUCH_DISTANCE)
+        return max(forces, default=0.0)
+
+    def _names(self) -> tuple[dict[str, int], dict[str, int]]:
+        count = pybullet.getNumJoints(self.body, physicsClientId=self.client)
+        infos = [
+            pybullet.getJointInfo(self.body, joint, physicsClientId=self.client)
+            for joint in range(count)
+        ]
+        joints = {info[1].decode(): info[0] for info in infos}
+        links = {info[12].decode(): info[0] for info in infos}
+        return joints, links
+
+
+def joint_targets(command: list[float]) -> list[float]:
+    """The targets of the eleven driven joints for nine commands."""
+    return [*command[:8], command[7], -command[8], -command[8]]

@@ -1,0 +1,276 @@
+"""Scene manifests: which bodies a world holds, where they start, how it is seen, what is allowed.
+
+A scene is a YAML file. Two ship with the package (``official`` and ``builtin``); a user's own is
+named by its path. Lengths are metres, angles radians, quaternions (x, y, z, w).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from real_bench.errors import SceneError
+
+SHIPPED_SCENES = Path(__file__).parent / "scenes"
+DEFAULT_SCENE = "official"
+
+Vector2 = tuple[float, float]
+Vector3 = tuple[float, float, float]
+NineNumbers = Annotated[tuple[float, ...], Field(min_length=9, max_length=9)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
+
+
+class _Record(BaseModel):
+    """A frozen record that refuses fields it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Assets(_Record):
+    """Where the files of a scene are: beside the manifest, or installed from a wheel."""
+
+    wheel: str | None = Field(None, pattern=r"^[A-Za-z0-9._-]+==[A-Za-z0-9.]+$")
+    sha256: str | None = Field(None, pattern=r"^[0-9a-f]{64}$")
+    folder: str = "."
+    pybullet_data: bool = False  # meshes may also come from the data that pybullet ships
+
+    @model_validator(mode="after")
+    def _wheel_is_checked(self) -> Assets:
+        if (self.wheel is None) != (self.sha256 is None):
+            raise ValueError("a wheel needs its sha256, and a sha256 its wheel")
+        return self
+
+
+class Robot(_Record):
+    """The arm and gripper; joints and links by their names in the URDF."""
+
+    urdf: str
+    position: Vector3
+    arm_joints: Annotated[tuple[str, ...], Field(min_length=7, max_length=7)]
+    finger_base_joints: tuple[str, str]
+    finger_tip_joints: tuple[str, str]
+    end_effector: str
+    touch_links: tuple[str, str, str, str]
+
+
+class Body(_Record):
+    """A body and the pose in which it starts (metres, Euler angles in radians)."""
+
+    name: Name
+    urdf: str
+    position: Vector3
+    euler: Vector3 = (0.0, 0.0, 0.0)
+
+
+class Table(_Record):
+    """The table that carries the objects."""
+
+    urdf: str
+    position: Vector3
+
+
+class Camera(_Record):
+    """The fixed camera."""
+
+    eye: Vector3
+    target: Vector3
+    up: Vector3
+    vertical_field_of_view_deg: Annotated[float, Field(gt=0, lt=180)]
+    near: Annotated[float, Field(gt=0)]
+    far: Annotated[float, Field(gt=0)]
+    width: Annotated[int, Field(ge=16, le=4096)]
+    height: Annotated[int, Field(ge=16, le=4096)]
+
+
+class FallenRegion(_Record):
+    """Where an object counts as fallen: below a height, and beyond an x where one is given."""
+
+    z_below: float
+    x_above: float = -math.inf
+
+
+class Limits(_Record):
+    """What commands may ask for."""
+
+    command_low_in_pi: NineNumbers
+    command_high_in_pi: NineNumbers
+    command_reach: NineNumbers
+    cartesian_low: Vector3
+    cartesian_high: Vector3
+    macro_low: Vector2
+    macro_high: Vector2
+    fallen: tuple[FallenRegion, ...]
+
+    @cached_property
+    def command_low(self) -> tuple[float, ...]:
+        """Lowest command, (9,) radians."""
+        return tuple(number * math.pi for number in self.command_low_in_pi)
+
+    @cached_property
+    def command_high(self) -> tuple[float, ...]:
+        """Highest command, (9,) radians."""
+        return tuple(number * math.pi for number in self.command_high_in_pi)
+
+    @model_validator(mode="after")
+    def _low_is_below_high(self) -> Limits:
+        for what in ("command", "cartesian", "macro"):
+            suffix = "_in_pi" if what == "command" else ""
+            low, high = getattr(self, f"{what}_low{suffix}"), getattr(self, f"{what}_high{suffix}")
+            if any(a >= b for a, b in zip(low, high, strict=True)):
+                raise ValueError(f"{what}_low{suffix} must be below {what}_high{suffix} everywhere")
+        return self
+
+
+class GoalRegion(_Record):
+    """Where goals are drawn from, and from which height objects drop."""
+
+    table_low: Vector2
+    table_high: Vector2
+    table_drop_height: float
+    shelf_x_low: float
+    shelf_x_high: float
+    shelf_drop_height: float
+    shelf_drop_from_x: float
+
+
+class Manifest(_Record):
+    """What a scene's YAML file says."""
+
+    name: Name
+    assets: Assets
+    robot: Robot
+    table: Table
+    objects: Annotated[tuple[Body, ...], Field(min_length=1, max_length=3)]
+    camera: Camera
+    limits: Limits
+    goals: GoalRegion
+
+
+class Scene:
+    """A manifest together with the folder that holds its files."""
+
+    def __init__(self, manifest: Manifest, folder: Path, source: str) -> None:
+        self.manifest = manifest
+        self.folder = folder
+        self.source = source  # what load_scene finds it by: a name, or the manifest's path
+
+    @property
+    def name(self) -> str:
+        """The scene's name, as the manifest gives it."""
+        return self.manifest.name
+
+    def path(self, file: str) -> Path:
+        """The path of one of the scene's files; raises SceneError where it does not exist."""
+        path = self.folder / file
+        if not path.is_file():
+            raise SceneError(f"scene {self.name}: {path} does not exist")
+        return path
+
+    def object_names(self, n_objects: int) -> tuple[str, ...]:
+        """The names of the first ``n_objects`` objects; raises SceneError for too many."""
+        available = self.manifest.objects
+        if not 1 <= n_objects <= len(available):
+            raise SceneError(f"scene {self.name} has 1 to {len(available)} objects, not {n_objects}")
+        return tuple(body.name for body in available[:n_objects])
+
+    @cached_property
+    def sha256(self) -> str:
+        """A hash of all that decides what is simulated and seen: the manifest and its files.
+
+        How goals are drawn does not count: it changes no physics.
+        """
+        digest = hashlib.sha256()
+        digest.update(self.manifest.model_dump_json(exclude={"goals"}).encode())
+        for path in sorted(_files_below(self.folder)):
+            relative = path.relative_to(self.folder).as_posix()
+            content = hashlib.sha256(path.read_bytes()).hexdigest()
+            digest.update(f"{relative}\0{content}\n".encode())
+        return digest.hexdigest()
+
+
+def load_scene(name_or_path: str | Path = DEFAULT_SCENE) -> Scene:
+    """Find a scene by name (``official``, ``builtin``) or by the path of its manifest.
+
+    Raises:
+        SceneError: it is unknown, wrongly described, or not installed (with the remedies).
+    """
+    path = _manifest_path(name_or_path)
+    manifest = read_manifest(path)
+    if manifest.assets.wheel is None:
+        folder = path.parent / manifest.assets.folder
+    else:
+        folder = installed_folder(manifest)
+        if not folder.is_dir():
+            raise SceneError(
+                f"scene {manifest.name} is not installed: run `realbench scene install`, "
+                "or use our own scene with `--scene builtin`"
+            )
+    if not folder.is_dir():
+        raise SceneError(f"scene {manifest.name}: the folder {folder} does not exist")
+    shipped = str(name_or_path) in shipped_scenes()
+    return Scene(manifest, folder, str(name_or_path) if shipped else str(path.resolve()))
+
+
+def read_manifest(path: Path) -> Manifest:
+    """Read and check a manifest; raises SceneError with every fault at once."""
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+        raise SceneError(f"cannot read the scene {path}: {_one_line(error)}") from error
+    try:
+        return Manifest.model_validate(content)
+    except ValidationError as error:
+        faults = "; ".join(
+            f"{'.'.join(map(str, fault['loc'])) or 'manifest'}: {fault['msg']}"
+            for fault in error.errors()
+        )
+        raise SceneError(f"the scene {path} is not valid: {faults}") from error
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """The manifests that ship with the package, by name."""
+    single = {path.stem: path for path in SHIPPED_SCENES.glob("*.yaml")}
+    folders = {path.parent.name: path for path in SHIPPED_SCENES.glob("*/scene.yaml")}
+    return dict(sorted({**single, **folders}.items()))
+
+
+def installed_folder(manifest: Manifest) -> Path:
+    """Where the files of an installed scene lie: in the user's data directory."""
+    import platformdirs
+
+    root = Path(platformdirs.user_data_dir("realbench", appauthor=False))
+    return root / "scenes" / manifest.name
+
+
+def _manifest_path(name_or_path: str | Path) -> Path:
+    shipped = shipped_scenes()
+    if str(name_or_path) in shipped:
+        return shipped[str(name_or_path)]
+    path = Path(name_or_path)
+    if path.is_dir():
+        path = path / "scene.yaml"
+    if path.suffix not in (".yaml", ".yml") or not path.is_file():
+        raise SceneError(
+            f"unknown scene {str(name_or_path)!r}: use {' or '.join(shipped)}, "
+            "or the path of a manifest (.yaml)"
+        )
+    return path
+
+
+def _files_below(folder: Path) -> list[Path]:
+    """The files that belong to a scene: what a body can name, not caches or editor files."""
+    wanted = {".urdf", ".obj", ".mtl", ".stl", ".dae", ".png", ".jpg", ".jpeg", ".tga"}
+    return [path for path in folder.rglob("*") if path.suffix.lower() in wanted and path.is_file()]
+
+
+def _one_line(error: Exception) -> str:
+    return re.sub(r"\s+", " ", str(error)).strip() or type(error).__name__
+
+

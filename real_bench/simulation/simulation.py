@@ -1,0 +1,238 @@
+"""The simulated world and its loop.
+
+One instance owns one physics client and knows nothing of phases, goals or controllers.
+Everything here follows the official environment to the last bit: load order, parameters and the
+order of operations within a step all change the outcome, so none of it is free to move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from types import TracebackType
+
+import numpy as np
+from real_bench.simulation.bullet import pybullet
+from numpy.typing import NDArray
+
+from real_bench.errors import PhysicsError, SceneError
+from real_bench.simulation.camera import Camera, Image
+from real_bench.simulation.robot import HOME, Robot
+from real_bench.simulation.scene import Scene
+
+STEP_S = 0.005
+GRAVITY = (0.0, 0.0, -9.81)
+
+Segment = tuple[Sequence[float], int]
+"""Nine joint commands (radians) and the number of steps for which they are held."""
+
+
+class Simulation:
+    """A world of robot, table and 1 to 3 objects."""
+
+    def __init__(self, scene: Scene, n_objects: int = 1, *, gui: bool = False) -> None:
+        self.scene = scene
+        self.object_names = scene.object_names(n_objects)
+        mode = pybullet.GUI if gui else pybullet.DIRECT
+        self._client: int | None = pybullet.connect(mode)
+        if self._client < 0:
+            raise SceneError("cannot open pybullet's window: is there a display?")
+        limits = scene.manifest.limits
+        self._command_ranges = list(
+            zip(limits.command_reach, limits.command_low, limits.command_high, strict=True)
+        )
+        self._fallen = [(region.z_below, region.x_above) for region in limits.fallen]
+        self._highest_fall = max((z for z, _ in self._fallen), default=-np.inf)
+        self.reset()
+
+    @property
+    def client(self) -> int:
+        """pybullet's id of this world; raises SceneError after :meth:`close`."""
+        if self._client is None:
+            raise SceneError("the simulation is closed")
+        return self._client
+
+    def reset(
+        self,
+        object_poses: NDArray[np.float64] | None = None,
+        joint_positions: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Begin a fresh world.
+
+        Args:
+            object_poses: where the objects are put, (n_objects, 7): position, quaternion;
+                the scene's start poses where None.
+            joint_positions: the robot's joints, (9,); the home posture where None.
+        """
+        client = self.client
+        pybullet.resetSimulation(physicsClientId=client)
+        self._set_search_path()
+        pybullet.setGravity(*GRAVITY, physicsClientId=client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=STEP_S, numSubSteps=1, numSolverIterations=50, physicsClientId=client
+        )
+        self.robot = Robot(self.scene, client)
+        self._load_table()
+        self._load_objects()
+        self.robot.set_joint_positions(
+            np.array(HOME) if joint_positions is None else joint_positions
+        )
+        self.robot.switch_motors_off()
+        if object_poses is not None:
+            self.set_object_poses(object_poses)
+        self.camera = Camera(self.scene.manifest.camera, client)
+        self.n_put_back = 0
+
+    def hold(self, command: Sequence[float], n_steps: int) -> None:
+        """Ask for nine joint commands during ``n_steps`` steps.
+
+        The loop is written for speed: it must cost little beside Bullet's own step. Raises
+        PhysicsError where an object's pose is no longer a number.
+        """
+        client, body = self.client, self.robot.body
+        observed, driven = self.robot.observed_joints, self.robot.driven_joints
+        read_joints, read_pose = pybullet.getJointStates, pybullet.getBasePositionAndOrientation
+        drive, position_control = pybullet.setJointMotorControlArray, pybullet.POSITION_CONTROL
+        step = pybullet.stepSimulation
+        joints = [
+            (wanted, reach, -reach, low, high)
+            for wanted, (reach, low, high) in zip(command, self._command_ranges, strict=True)
+        ]
+        tip, tip_reach, minus_tip_reach, tip_low, tip_high = joints.pop()
+        objects, highest_fall = self._bodies, self._highest_fall
+        sent = None
+        for _ in range(n_steps):
+            states = read_joints(body, observed, client)
+            targets = []
+            for (angle, *_), (wanted, reach, minus_reach, low, high) in zip(states, joints):  # noqa: B905
+                way = wanted - angle
+                target = angle + (
+                    reach if way > reach else minus_reach if way < minus_reach else way
+                )
+                targets.append(low if target < low else high if target > high else target)
+            angle = -states[8][0]
+            way = tip - angle
+            target = angle + (
+                tip_reach if way > tip_reach else minus_tip_reach if way < minus_tip_reach else way
+            )
+            target = tip_low if target < tip_low else tip_high if target > tip_high else target
+            for index, thing in enumerate(objects):
+                (x, _, z), _ = read_pose(thing, client)
+                if not z >= highest_fall:
+                    self._put_back_if_fallen(index, x, z)
+            base = targets[7]
+            target = max(0.0, min(target, 2 * base))
+            targets += (base, -target, -target)
+            if targets != sent:
+                drive(
+                    body, driven, position_control, targetPositions=targets, physicsClientId=client
+                )
+                sent = targets
+            step(client)
+
+    def follow(self, segments: Iterable[Segment]) -> None:
+        """Hold one command after the other; segments may be made while they are followed."""
+        for command, n_steps in segments:
+            self.hold(command, n_steps)
+
+    def joint_positions(self) -> NDArray[np.float64]:
+        """The nine observed joint angles, (9,) radians."""
+        return self.robot.joint_positions()
+
+    def touch_sensors(self) -> NDArray[np.float64]:
+        """The largest normal force on each of the four skins, (4,) newtons."""
+        return self.robot.touch_sensors()
+
+    def object_poses(self) -> NDArray[np.float64]:
+        """Position and quaternion of each object, (n_objects, 7).
+
+        Raises:
+            PhysicsError: the world exploded.
+        """
+        poses = np.array([[*p, *q] for p, q in map(self._pose, self._bodies)])
+        if not np.isfinite(poses).all():
+            raise PhysicsError(f"the physics exploded: object poses are {poses.tolist()}")
+        return poses
+
+    def set_object_poses(self, poses: NDArray[np.float64]) -> None:
+        """Put the objects at (n_objects, 7) poses, at rest."""
+        if np.shape(poses) != (len(self._bodies), 7):
+            raise SceneError(
+                f"poses of shape {np.shape(poses)} do not fit {len(self._bodies)} objects"
+            )
+        for body, pose in zip(self._bodies, poses, strict=True):
+            pybullet.resetBasePositionAndOrientation(
+                body, pose[:3], pose[3:], physicsClientId=self.client
+            )
+
+    def image(self) -> Image:
+        """What the camera sees now."""
+        return self.camera.render()
+
+    def close(self) -> None:
+        """Let go of the physics client; may be called more than once."""
+        if self._client is not None:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = None
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _pose(self, body: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        pose: tuple[tuple[float, ...], tuple[float, ...]] = pybullet.getBasePositionAndOrientation(
+            body, physicsClientId=self.client
+        )
+        return pose
+
+    def _put_back_if_fallen(self, index: int, x: float, z: float) -> None:
+        if z != z:
+            raise PhysicsError(f"the physics exploded: {self.object_names[index]} is at z = {z}")
+        if any(z < z_below and x > x_above for z_below, x_above in self._fallen):
+            position, quaternion = self._start_poses[index]
+            pybullet.resetBasePositionAndOrientation(
+                self._bodies[index], position, quaternion, physicsClientId=self.client
+            )
+            self.n_put_back += 1
+
+    def _set_search_path(self) -> None:
+        folder = str(self.scene.folder)
+        if self.scene.manifest.assets.pybullet_data:
+            import pybullet_data
+
+            folder = pybullet_data.getDataPath()
+        pybullet.setAdditionalSearchPath(folder, physicsClientId=self.client)
+
+    def _load_table(self) -> None:
+        table = self.scene.manifest.table
+        body = self._load(table.urdf)
+        pybullet.resetBasePositionAndOrientation(
+            body, table.position, (0, 0, 0, 1), physicsClientId=self.client
+        )
+
+    def _load_objects(self) -> None:
+        specs = self.scene.manifest.objects[: len(self.object_names)]
+        self._start_poses = [
+            (spec.position, pybullet.getQuaternionFromEuler(spec.euler)) for spec in specs
+        ]
+        self._bodies = [self._load(spec.urdf) for spec in specs]
+        for body, (position, quaternion) in zip(self._bodies, self._start_poses, strict=True):
+            pybullet.resetBasePositionAndOrientation(
+                body, position, quaternion, physicsClientId=self.client
+            )
+
+    def _load(self, urdf: str) -> int:
+        body: int = pybullet.loadURDF(
+            str(self.scene.path(urdf)),
+            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+            physicsClientId=self.client,
+        )
+        return body
+
+

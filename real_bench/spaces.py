@@ -1,0 +1,65 @@
+"""The spaces that a controller is told: what it may command and what it may observe."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from real_bench.conditions import Condition
+from real_bench.simulation.scene import Scene
+
+UNIT = 1.0 + 1e-6  # a component of a unit quaternion, with room for rounding
+
+
+def action_space(scene: Scene, condition: Condition) -> spaces.Dict:
+    """The official action dict of a condition; a command may also be None."""
+    limits = scene.manifest.limits
+    low, high = np.array(limits.command_low), np.array(limits.command_high)
+    commands: dict[str, dict[str, spaces.Space[Any]]] = {
+        "J": {"joint_command": _box(low, high)},
+        "C": {
+            "cartesian_command": _box(
+                np.array([*limits.cartesian_low, -1, -1, -1, -1]),
+                np.array([*limits.cartesian_high, 1, 1, 1, 1]),
+            ),
+            "gripper_command": _box(low[7:], high[7:]),
+        },
+        "M": {
+            "macro_action": _box(
+                np.array([limits.macro_low] * 2), np.array([limits.macro_high] * 2)
+            )
+        },
+    }
+    return spaces.Dict({**commands[condition.control], "render": spaces.MultiBinary(1)})
+
+
+def observation_space(scene: Scene, condition: Condition, n_objects: int) -> spaces.Dict:
+    """The official observation keys of a condition; positions and masks only where it has O."""
+    camera, names = scene.manifest.camera, scene.object_names(n_objects)
+    size = (camera.height, camera.width)
+    seen: dict[str, spaces.Space[Any]] = {
+        "joint_positions": spaces.Box(-np.inf, np.inf, (9,), np.float64),
+        "touch_sensors": spaces.Box(0, np.inf, (4,), np.float64),
+        "retina": spaces.Box(0, 255, (*size, 3), np.uint8),
+        "depth": spaces.Box(0, 1, size, np.float32),
+        "goal": spaces.Box(0, 255, (*size, 3), np.uint8),
+    }
+    if condition.sees_objects:
+        seen |= {
+            "mask": spaces.Box(-1, 255, size, np.int32),
+            "goal_mask": spaces.Box(-1, 255, size, np.int32),
+            "object_positions": _each(names, -np.inf, np.inf, 3),
+            "object_orientations": _each(names, -UNIT, UNIT, 4),
+            "goal_positions": _each(names, -np.inf, np.inf, 3),
+        }
+    return spaces.Dict(seen)
+
+
+def _box(low: np.ndarray[Any, Any], high: np.ndarray[Any, Any]) -> spaces.Box:
+    return spaces.Box(low.astype(np.float64), high.astype(np.float64), dtype=np.float64)
+
+
+def _each(names: tuple[str, ...], low: float, high: float, size: int) -> spaces.Dict:
+    return spaces.Dict({name: spaces.Box(low, high, (size,), np.float64) for name in names})

@@ -1,0 +1,159 @@
+"""What a controller faces: one world, under one condition, with or without a goal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action, Command, action_segments, make_control
+from real_bench.conditions import Condition
+from real_bench.goal_sets import Goal
+from real_bench.observation import Observation
+from real_bench.simulation import Image, Segment, Simulation
+from real_bench.simulation.scene import Scene
+from real_bench.spaces import action_space, observation_space
+
+Watcher = Callable[[], None]
+
+
+class Task:
+    """A simulation seen and driven as a condition allows.
+
+    Args:
+        scene: the scene.
+        condition: what is perceived and how the robot is controlled.
+        n_objects: 1 to 3.
+        gui: show pybullet's window.
+    """
+
+    def __init__(
+        self, scene: Scene, condition: Condition, n_objects: int = 1, *, gui: bool = False
+    ) -> None:
+        self.condition = condition
+        self.simulation = Simulation(scene, n_objects, gui=gui)
+        self.control = make_control(condition.control)
+        self.action_space = action_space(scene, condition)
+        self.observation_space = observation_space(scene, condition, n_objects)
+        self.goal: Goal | None = None
+        self.n_steps = 0
+        self._watcher: Watcher | None = None
+        self._watch_every = 0
+        self._observation: Observation | None = None
+
+    def begin(
+        self,
+        goal: Goal | None = None,
+        *,
+        object_poses: NDArray[np.float64] | None = None,
+        joint_positions: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Begin in a fresh world: at the goal's start, or at the given poses and joints."""
+        self.goal = goal
+        poses = object_poses if goal is None else goal.initial_poses
+        self.simulation.reset(poses, joint_positions)
+        self.control.forget()
+        self.n_steps = 0
+        self._expire()
+
+    def watch(self, watcher: Watcher | None, every: int) -> None:
+        """Call ``watcher`` after every so many steps (to film, say)."""
+        self._watcher, self._watch_every = watcher, every
+
+    def step(self, command: Command) -> None:
+        """One step of one command."""
+        self._follow(self.control.segments(command, 1, self.simulation))
+
+    def execute(self, action: Action) -> None:
+        """A whole action, checked before (see :func:`real_bench.actions.check_action`)."""
+        self._follow(action_segments(action, self.control, self.simulation))
+
+    def observe(self, *, render: bool = True) -> Observation:
+        """What is seen now; camera images are zeros where ``render`` is false."""
+        self._expire()
+        self._observation = Observation(self._senses(self._shutter(render)))
+        return self._observation
+
+    def close(self) -> None:
+        """Let go of the simulation."""
+        self.simulation.close()
+
+    def _follow(self, segments: Iterable[Segment]) -> None:
+        self._expire()
+        for command, n_steps in segments:
+            if self._watcher is None:
+                self.simulation.hold(command, n_steps)
+                self.n_steps += n_steps
+            else:
+                self._hold_watched(command, n_steps, self._watcher)
+
+    def _hold_watched(self, command: Any, n_steps: int, watcher: Watcher) -> None:
+        while n_steps:
+            part = min(n_steps, self._watch_every - self.n_steps % self._watch_every)
+            self.simulation.hold(command, part)
+            self.n_steps += part
+            n_steps -= part
+            if self.n_steps % self._watch_every == 0:
+                watcher()
+
+    def _expire(self) -> None:
+        if self._observation is not None:
+            self._observation.expire()
+
+    def _shutter(self, render: bool) -> Callable[[], Image]:
+        """A camera that takes at most one picture."""
+        pictures: list[Image] = []
+
+        def picture() -> Image:
+            if not pictures:
+                pictures.append(self.simulation.image() if render else self._darkness())
+            return pictures[0]
+
+        return picture
+
+    def _darkness(self) -> Image:
+        """What a camera that is not asked sees; fresh zeros cost nothing until they are touched."""
+        camera = self.simulation.scene.manifest.camera
+        size = (camera.height, camera.width)
+        return Image(
+            np.zeros((*size, 3), np.uint8), np.zeros(size, np.float32), np.zeros(size, np.int32)
+        )
+
+    def _senses(self, picture: Callable[[], Image]) -> Mapping[str, Callable[[], Any]]:
+        simulation = self.simulation
+        senses: dict[str, Callable[[], Any]] = {
+            "joint_positions": simulation.joint_positions,
+            "touch_sensors": simulation.touch_sensors,
+            "retina": lambda: picture().retina,
+            "depth": lambda: picture().depth,
+            "goal": self._goal_image,
+        }
+        if self.condition.sees_objects:
+            senses |= {
+                "mask": lambda: picture().mask,
+                "goal_mask": self._goal_mask,
+                "object_positions": lambda: self._named(simulation.object_poses()[:, :3]),
+                "object_orientations": lambda: self._named(simulation.object_poses()[:, 3:]),
+                "goal_positions": self._goal_positions,
+            }
+        return senses
+
+    def _named(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        return {
+            name: row.copy()
+            for name, row in zip(self.simulation.object_names, rows, strict=True)
+        }
+
+    def _goal_image(self) -> NDArray[np.uint8]:
+        return self._darkness().retina if self.goal is None else self.goal.retina.copy()
+
+    def _goal_mask(self) -> NDArray[np.int32]:
+        mask = self._darkness().mask if self.goal is None else self.goal.mask
+        return mask.astype(np.int32)
+
+    def _goal_positions(self) -> dict[str, NDArray[np.float64]]:
+        if self.goal is None:
+            return self._named(np.zeros((len(self.simulation.object_names), 3)))
+        return self._named(self.goal.final_poses[:, :3])
