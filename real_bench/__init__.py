@@ -1,8 +1,8 @@
 """realbench: the REAL benchmark of robot open-ended autonomous learning.
 
-    >>> import real_bench
-    >>> env = real_bench.make_env(scene="builtin", condition="OM", objects=1)
-    >>> observation, info = env.reset(seed=0)
+>>> import real_bench
+>>> env = real_bench.make_env(scene="builtin", condition="OM", objects=1)
+>>> observation, info = env.reset(seed=0)
 """
 
 from __future__ import annotations

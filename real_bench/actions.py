@@ -55,11 +55,15 @@ class Action:
     def __post_init__(self) -> None:
         k = len(self.commands)
         if self.commands.ndim != 2 or k == 0:
-            raise ActionError(f"an action needs commands of shape (k, size), not {self.commands.shape}")
+            raise ActionError(
+                f"an action needs commands of shape (k, size), not {self.commands.shape}"
+            )
         if self.n_steps.shape != (k,) or self.line.shape != (k,):
             raise ActionError(f"an action of {k} commands needs {k} durations and {k} line flags")
         if (self.n_steps < 1).any():
-            raise ActionError(f"every command must last at least one step, not {self.n_steps.tolist()}")
+            raise ActionError(
+                f"every command must last at least one step, not {self.n_steps.tolist()}"
+            )
         for array in (self.commands, self.n_steps, self.line):
             array.setflags(write=False)
 
@@ -169,7 +173,8 @@ class CartesianControl:
     keys = ("cartesian_command", "gripper_command")
 
     def __init__(self) -> None:
-        self.forget()
+        self._pose: tuple[float, ...] | None = None
+        self._arm: tuple[float, ...] = ()
 
     def command(self, action: Mapping[str, Any]) -> Command:
         """The vector of ``{"cartesian_command": (7,), "gripper_command": (2,)}``, or of None."""
@@ -199,8 +204,7 @@ class CartesianControl:
 
     def forget(self) -> None:
         """The next pose is solved anew."""
-        self._pose: tuple[float, ...] | None = None
-        self._arm: tuple[float, ...] = ()
+        self._pose = None
 
 
 class MacroControl:
@@ -214,7 +218,8 @@ class MacroControl:
     keys = ("macro_action",)
 
     def __init__(self) -> None:
-        self.forget()
+        self._macro: tuple[float, ...] | None = None
+        self._left: list[Segment] = []  # the last one comes next
 
     def command(self, action: Mapping[str, Any]) -> Command:
         """The vector of ``{"macro_action": (2, 2) or None}``."""
@@ -241,13 +246,14 @@ class MacroControl:
 
     def forget(self) -> None:
         """The next macro is planned anew."""
-        self._macro: tuple[float, ...] | None = None
-        self._left: list[Segment] = []
+        self._macro = None
 
 
 def make_control(letter: str) -> MacroControl | JointControl | CartesianControl:
-    """The control of a condition's second letter."""
-    return {"M": MacroControl, "J": JointControl, "C": CartesianControl}[letter]()
+    """The control of a condition's second letter: M, J or C."""
+    if letter == "M":
+        return MacroControl()
+    return JointControl() if letter == "J" else CartesianControl()
 
 
 MACRO_EULER = (0.0, 3.14, -1.57)
@@ -298,7 +304,9 @@ def action_segments(action: Action, control: Control, simulation: Simulation) ->
     for command, n_steps, line in zip(action.commands, action.n_steps, action.line, strict=True):
         if line:
             for step in range(1, int(n_steps) + 1):
-                yield from control.segments(before + (command - before) * (step / n_steps), 1, simulation)
+                yield from control.segments(
+                    before + (command - before) * (step / n_steps), 1, simulation
+                )
         else:
             yield from control.segments(command, int(n_steps), simulation)
         before = command

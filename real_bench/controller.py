@@ -20,14 +20,15 @@ Either way it is made with the two spaces, and it is called in this order::
     controller.set_state(state)
     controller.use_experience(experience)
     controller.start_extrinsic_phase()
-    for each goal:                                # each on a copy of the controller as it is here,
-        controller.seed(seed of the goal)         # unless learns_across_trials
+    for each goal:                                # each with a copy of the controller as it is here
+        controller.seed(seed of the goal)
         controller.start_extrinsic_trial()
         controller.step(...) or .next_action(...)
         controller.end_extrinsic_trial(observation, reward, done)
-    controller.end_extrinsic_phase()
+        controller.end_extrinsic_phase()
 
-Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
+With ``learns_across_trials`` there is no copy: one controller meets all goals in order, and
+``end_extrinsic_phase`` comes once, after the last. Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
 the simulation, the goal file or the score.
 """
 

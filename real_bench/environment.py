@@ -83,7 +83,7 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         truncated = self._task.n_steps >= self._max_steps
         return observation, 0.0, False, truncated, self._info(truncated)
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """The camera's image (240, 320, 3) in mode ``rgb_array``; the window shows itself."""
         return self._task.simulation.image().retina if self.render_mode == "rgb_array" else None
 
@@ -95,7 +95,7 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         if self._goal_set is None:
             return None
         if "goal" in options:
-            return self._goal_set.goals[options["goal"]]
+            return self._goal_set.goals[int(options["goal"])]
         return next(self._next_goals)
 
     def _info(self, truncated: bool) -> dict[str, Any]:

@@ -142,8 +142,7 @@ class Task:
 
     def _named(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         return {
-            name: row.copy()
-            for name, row in zip(self.simulation.object_names, rows, strict=True)
+            name: row.copy() for name, row in zip(self.simulation.object_names, rows, strict=True)
         }
 
     def _goal_image(self) -> NDArray[np.uint8]:

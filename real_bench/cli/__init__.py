@@ -1,0 +1,75 @@
+"""The command ``realbench``: one module a command, imported only when it is called."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any, cast
+
+import click
+
+from real_bench.version import __version__
+
+COMMANDS = {
+    "intrinsic": "play freely and record it",
+    "extrinsic": "test a controller on goals and print the score table",
+    "evaluate": "both phases in one process, as the official evaluation did",
+    "goals": "make, look at and import goal sets",
+    "inspect": "say what is in a recording, goal set or result",
+    "scene": "install and list scenes",
+    "doctor": "check that this machine can run the benchmark",
+}
+
+EPILOG = """\b
+Example:
+  realbench scene install
+  realbench intrinsic --controller real_r --steps 20000
+  realbench extrinsic --trials 5
+"""
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands' names and imports a command when it is called."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        """Every command, in the order in which one meets them."""
+        return list(COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        """The command itself."""
+        if name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"real_bench.cli.{name}")
+        return cast(click.Command, getattr(module, name))
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the commands without importing them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="realbench")
+def cli() -> None:
+    """The REAL benchmark: a robot plays for 15 million steps, without goal or reward, and is then
+    tested on 50 goals that it has never seen."""  # noqa: D205, D209
+
+
+def main(arguments: list[str] | None = None) -> Any:
+    """Run the command line; every foreseen error is one line and a non-zero exit code."""
+    from real_bench.errors import Interrupted, RealBenchError
+
+    try:
+        return cli.main(args=arguments, prog_name="realbench", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except Interrupted as error:
+        click.echo(f"realbench: {error}", err=True)
+        sys.exit(130)
+    except RealBenchError as error:
+        click.echo(f"realbench: error: {error}", err=True)
+        sys.exit(1)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("realbench: interrupted", err=True)
+        sys.exit(130)

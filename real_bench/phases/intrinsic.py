@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,13 +18,12 @@ from real_bench.errors import (
     RealBenchError,
     RecordingError,
 )
-from real_bench.files import check_output
+from real_bench.files import check_output, file_sha256
 from real_bench.finding import find_controller, source_file
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.recording import MOVED_M, Header, Recorder, Recording, package_versions
-from real_bench.simulation import load_scene
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
@@ -90,23 +88,6 @@ class IntrinsicPhase:
         if self.images is False and not self.condition.sees_objects:
             raise RealBenchError(f"condition {self.condition.name} is about images: record them")
         self.scene.object_names(self.objects)
-
-    @classmethod
-    def of_recording(cls, path: Path, steps: int | None = None) -> IntrinsicPhase:
-        """The phase that a recording is of, to be resumed."""
-        with Recording(path) as recording:
-            header = recording.header
-            asked = recording.total_steps
-        return cls(
-            controller=header.controller,
-            condition=Condition.parse(header.condition),
-            objects=header.objects,
-            scene=load_scene(header.scene_source),
-            steps=steps or asked,
-            seed=header.seed,
-            out=path,
-            images=header.images,
-        )
 
     def run(self, report: Report, *, resume: bool = False, overwrite: bool = False) -> Guest:
         """Play to the end; returns the controller as it then is.
@@ -206,7 +187,7 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
-            controller_sha256=hashlib.sha256(file.read_bytes()).hexdigest() if file else "",
+            controller_sha256=file_sha256(file) if file else "",
             images=self._records_images,
             versions=package_versions(),
         )
@@ -225,7 +206,9 @@ class IntrinsicPhase:
                 + "; ".join(differences)
             )
         if n_steps > self.steps:
-            raise RecordingError(f"{self.out} already holds {n_steps:,} steps, {self.steps:,} asked")
+            raise RecordingError(
+                f"{self.out} already holds {n_steps:,} steps, {self.steps:,} asked"
+            )
 
 
 def _moved(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:

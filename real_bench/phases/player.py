@@ -61,9 +61,9 @@ class Guest:
         random.seed(seed)
         if "torch" in sys.modules:
             sys.modules["torch"].manual_seed(seed)
-        space = getattr(self._controller, "action_space", None)
-        if hasattr(space, "seed"):
-            space.seed(numpy_seed)
+        seed_space = getattr(getattr(self._controller, "action_space", None), "seed", None)
+        if callable(seed_space):
+            seed_space(numpy_seed)
         self.call("seed", seed)
 
     def get_state(self) -> State:

@@ -21,15 +21,17 @@ class Experience:
     Args:
         path: a recording; it is opened for each reading, so that an experience can be copied and
             sent to other processes.
+        condition: what the controller that is given it may see.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, condition: Condition) -> None:
         self._path = path
         with Recording(path) as recording:
             rows = recording.transitions
-            condition = Condition.parse(recording.header.condition)
+            recorded = Condition.parse(recording.header.condition)
+            sees_objects = condition.sees_objects and recorded.sees_objects
             self.object_names = recording.header.object_names
-            self._poses = recording.object_poses if condition.sees_objects else None
+            self._poses = recording.object_poses if sees_objects else None
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
 

@@ -59,6 +59,20 @@ class Header(BaseModel):
             if getattr(self, field) != getattr(other, field)
         ]
 
+    def misfits(self, condition: Condition, objects: int, scene_sha256: str) -> list[str]:
+        """Why a test cannot draw on this run; nothing where it can."""
+        mine = Condition.parse(self.condition)
+        reasons = []
+        if objects != self.objects:
+            reasons.append(f"it is of {self.objects} object(s), not {objects}")
+        if scene_sha256 != self.scene_sha256:
+            reasons.append(f"it is of another scene ({self.scene} {self.scene_sha256[:12]})")
+        if condition.control != mine.control:
+            reasons.append(f"it is of condition {mine.name}, not {condition.name}")
+        elif condition.sees_objects and not mine.sees_objects:
+            reasons.append(f"a run in {mine.name} may not tell positions to {condition.name}")
+        return reasons
+
     def to_attributes(self) -> dict[str, Any]:
         """As HDF5 attributes: numbers and text as they are, the rest as JSON."""
         fields = self.model_dump(mode="json")

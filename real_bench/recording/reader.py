@@ -88,8 +88,8 @@ class Recording:
 
     def share_moved(self) -> float:
         """The share of actions that moved an object by more than 1 cm; NaN without actions."""
-        moved = (self.displacements() > MOVED_M).any(axis=1)
-        return float(moved.mean()) if len(moved) else float("nan")
+        moved = np.asarray(self.displacements() > MOVED_M).any(axis=1)
+        return float(np.mean(moved)) if len(self.transitions) else float("nan")
 
     def close(self) -> None:
         """Close the file."""
@@ -125,7 +125,7 @@ class Recording:
             and (images is None or len(images) == self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
             and int(rows["n_commands"].sum()) == len(self.commands)
-            and (not len(rows) or 0 <= rows["precondition"].min())
+            and (not len(rows) or rows["precondition"].min() >= 0)
             and (not len(rows) or rows["outcome"].max() < self.n_states)
         )
         if not good:

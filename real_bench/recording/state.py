@@ -52,7 +52,11 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
         return {_MARK: "bytes", "number": len(datasets) - 1}
     if isinstance(value, np.ndarray | np.generic):
         return _strip_array(np.asarray(value), datasets, where)
-    if isinstance(value, dict) and all(isinstance(key, str) for key in value) and _MARK not in value:
+    if (
+        isinstance(value, dict)
+        and all(isinstance(key, str) for key in value)
+        and _MARK not in value
+    ):
         return {key: _strip(item, datasets, f"{where}[{key!r}]") for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_strip(item, datasets, f"{where}[{i}]") for i, item in enumerate(value)]

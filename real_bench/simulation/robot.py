@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from real_bench.simulation.bullet import pybullet
 from numpy.typing import NDArray
 
 from real_bench.errors import SceneError
+from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.scene import Scene
 
 HOME = (0.0,) * 9  # arm straight up, gripper closed; also what "no command" means

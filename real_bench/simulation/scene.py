@@ -177,17 +177,21 @@ class Scene:
         """The names of the first ``n_objects`` objects; raises SceneError for too many."""
         available = self.manifest.objects
         if not 1 <= n_objects <= len(available):
-            raise SceneError(f"scene {self.name} has 1 to {len(available)} objects, not {n_objects}")
+            raise SceneError(
+                f"scene {self.name} has 1 to {len(available)} objects, not {n_objects}"
+            )
         return tuple(body.name for body in available[:n_objects])
 
     @cached_property
     def sha256(self) -> str:
         """A hash of all that decides what is simulated and seen: the manifest and its files.
 
-        How goals are drawn does not count: it changes no physics.
+        Where the files come from and how goals are drawn do not count: they change no physics.
+        Nor do options that are left at their defaults, so that a new option leaves old hashes.
         """
         digest = hashlib.sha256()
-        digest.update(self.manifest.model_dump_json(exclude={"goals"}).encode())
+        decisive = self.manifest.model_dump_json(exclude={"assets", "goals"}, exclude_defaults=True)
+        digest.update(decisive.encode())
         for path in sorted(_files_below(self.folder)):
             relative = path.relative_to(self.folder).as_posix()
             content = hashlib.sha256(path.read_bytes()).hexdigest()
@@ -201,7 +205,7 @@ def load_scene(name_or_path: str | Path = DEFAULT_SCENE) -> Scene:
     Raises:
         SceneError: it is unknown, wrongly described, or not installed (with the remedies).
     """
-    path = _manifest_path(name_or_path)
+    path = manifest_path(name_or_path)
     manifest = read_manifest(path)
     if manifest.assets.wheel is None:
         folder = path.parent / manifest.assets.folder
@@ -216,6 +220,22 @@ def load_scene(name_or_path: str | Path = DEFAULT_SCENE) -> Scene:
         raise SceneError(f"scene {manifest.name}: the folder {folder} does not exist")
     shipped = str(name_or_path) in shipped_scenes()
     return Scene(manifest, folder, str(name_or_path) if shipped else str(path.resolve()))
+
+
+def manifest_path(name_or_path: str | Path) -> Path:
+    """The manifest that a scene's name, folder or path means; raises SceneError."""
+    shipped = shipped_scenes()
+    if str(name_or_path) in shipped:
+        return shipped[str(name_or_path)]
+    path = Path(name_or_path)
+    if path.is_dir():
+        path = path / "scene.yaml"
+    if path.suffix not in (".yaml", ".yml") or not path.is_file():
+        raise SceneError(
+            f"unknown scene {str(name_or_path)!r}: use {' or '.join(shipped)}, "
+            "or the path of a manifest (.yaml)"
+        )
+    return path
 
 
 def read_manifest(path: Path) -> Manifest:
@@ -249,21 +269,6 @@ def installed_folder(manifest: Manifest) -> Path:
     return root / "scenes" / manifest.name
 
 
-def _manifest_path(name_or_path: str | Path) -> Path:
-    shipped = shipped_scenes()
-    if str(name_or_path) in shipped:
-        return shipped[str(name_or_path)]
-    path = Path(name_or_path)
-    if path.is_dir():
-        path = path / "scene.yaml"
-    if path.suffix not in (".yaml", ".yml") or not path.is_file():
-        raise SceneError(
-            f"unknown scene {str(name_or_path)!r}: use {' or '.join(shipped)}, "
-            "or the path of a manifest (.yaml)"
-        )
-    return path
-
-
 def _files_below(folder: Path) -> list[Path]:
     """The files that belong to a scene: what a body can name, not caches or editor files."""
     wanted = {".urdf", ".obj", ".mtl", ".stl", ".dae", ".png", ".jpg", ".jpeg", ".tga"}
@@ -272,5 +277,3 @@ def _files_below(folder: Path) -> list[Path]:
 
 def _one_line(error: Exception) -> str:
     return re.sub(r"\s+", " ", str(error)).strip() or type(error).__name__
-
-

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Sequence
 from types import TracebackType
 
 import numpy as np
-from real_bench.simulation.bullet import pybullet
 from numpy.typing import NDArray
 
 from real_bench.errors import PhysicsError, SceneError
+from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
 from real_bench.simulation.robot import HOME, Robot
 from real_bench.simulation.scene import Scene
@@ -46,7 +46,7 @@ class Simulation:
 
     @property
     def client(self) -> int:
-        """pybullet's id of this world; raises SceneError after :meth:`close`."""
+        """The id that pybullet gave this world; raises SceneError after :meth:`close`."""
         if self._client is None:
             raise SceneError("the simulation is closed")
         return self._client
@@ -234,5 +234,3 @@ class Simulation:
             physicsClientId=self.client,
         )
         return body
-
-

@@ -1,0 +1,1 @@
+"""The goal sets that ship; see README.md beside this file."""

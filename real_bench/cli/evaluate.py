@@ -1,0 +1,72 @@
+"""``realbench evaluate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from real_bench.cli import extrinsic as testing
+from real_bench.cli import intrinsic as playing
+from real_bench.cli import options
+from real_bench.phases.lengths import INTRINSIC_STEPS
+
+EPILOG = """\b
+Example:
+  realbench evaluate --controller my_controller.py --condition IM --steps 100000 --trials 5
+"""
+
+
+@click.command(epilog=EPILOG)
+@options.controller_option
+@options.condition_option
+@options.objects_option
+@options.scene_option
+@options.seed_option
+@click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
+@click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
+@click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
+@click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
+@click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
+@click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
+@options.overwrite_option
+@options.json_option
+def evaluate(
+    goals: Path | None,
+    trials: int | None,
+    run: Path,
+    out: Path,
+    min_score: float | None,
+    overwrite: bool,
+    as_json: bool,
+    **given: Any,
+) -> None:
+    """Play and test in one process, with one and the same controller.
+
+    For controllers that keep what they learn in themselves, as the official evaluation let them.
+    A controller with get_state() and set_state() is better served by intrinsic and extrinsic.
+    """
+    from real_bench.files import check_output
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+    from real_bench.phases.lengths import TRIAL_STEPS
+    from real_bench.phases.trial import TrialPlan
+
+    phase = playing.plan_phase(run, **given)
+    given_goals = load_goal_set(goals) if goals else None
+    plan = TrialPlan(
+        controller=phase.controller,
+        condition=phase.condition,
+        scene=phase.scene,
+        goal_set=testing.goals_for_test(given_goals, phase.objects, phase.scene),
+        seed=phase.seed,
+        trial_steps=TRIAL_STEPS,
+        run=run,
+    )
+    test = ExtrinsicPhase(plan, testing.trials_asked(trials, plan), out)
+    check_output(out, overwrite=overwrite)
+    guest = playing.play(phase, resume=False, overwrite=overwrite)
+    result = testing.test(test, resume=False, overwrite=overwrite, guest=guest)
+    testing.show(result, out, as_json=as_json)
+    testing.judge(result, min_score)

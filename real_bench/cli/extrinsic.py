@@ -1,0 +1,185 @@
+"""``realbench extrinsic``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from real_bench.cli import options
+from real_bench.errors import RecordingError
+
+if TYPE_CHECKING:
+    from real_bench.goal_sets import GoalSet
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+    from real_bench.phases.player import Guest
+    from real_bench.phases.trial import TrialPlan
+    from real_bench.recording import Header
+    from real_bench.scoring.result import Result
+    from real_bench.simulation import Scene
+
+EPILOG = """\b
+Example:
+  realbench extrinsic --run run.h5 --goals goals.npy --out score.json --jobs 2
+  realbench extrinsic --controller real_r --condition OM --trials 5
+  realbench extrinsic --run run.h5 --min-score 0.2    # exit code 3 below 0.2, for CI
+"""
+
+BELOW_MINIMUM = 3
+
+
+@click.command(epilog=EPILOG)
+@options.controller_option
+@click.option(
+    "--run",
+    type=options.FILE,
+    help=f"Recording to learn from. [default: {options.DEFAULT_RUN}, if it fits]",
+)
+@click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
+@options.condition_option
+@options.objects_option
+@options.scene_option
+@options.seed_option
+@click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
+@click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes.")
+@click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
+@click.option("--video", type=options.FILE, metavar="DIR", help="Film each trial (.mp4) there.")
+@click.option(
+    "--pictures", type=options.FILE, metavar="DIR", help="Start, goal and end of each trial (.png)."
+)
+@click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
+@options.resume_option
+@options.overwrite_option
+@options.json_option
+def extrinsic(
+    trials: int | None,
+    jobs: int,
+    out: Path,
+    min_score: float | None,
+    resume: bool,
+    overwrite: bool,
+    as_json: bool,
+    **given: Any,
+) -> None:
+    """Test a controller on goals that it has never seen, and print the score table.
+
+    Controller, condition, objects and scene are by default those of the recording. Every trial
+    lasts 10,000 steps and begins in a fresh world.
+    """
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+
+    plan = plan_trials(**given)
+    phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
+    result = test(phase, resume=resume, overwrite=overwrite)
+    show(result, out, as_json=as_json)
+    judge(result, min_score)
+
+
+def plan_trials(
+    *,
+    controller: str | None,
+    run: Path | None,
+    goals: Path | None,
+    condition: str | None,
+    objects: int | None,
+    scene: str | None,
+    seed: int | None,
+    video: Path | None,
+    pictures: Path | None,
+) -> TrialPlan:
+    """What the options describe; what they leave out comes from the recording or the goals."""
+    from real_bench.conditions import Condition
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.phases.lengths import TRIAL_STEPS
+    from real_bench.phases.trial import TrialPlan
+    from real_bench.simulation import DEFAULT_SCENE, load_scene
+
+    path, header = _find_run(run)
+    given = load_goal_set(goals) if goals else None
+    n_objects = objects or (header.objects if header else given.n_objects if given else 1)
+    loaded = load_scene(scene or (header.scene_source if header else DEFAULT_SCENE))
+    wanted = Condition.parse(condition or (header.condition if header else "IM"))
+    if header and (misfits := header.misfits(wanted, n_objects, loaded.sha256)):
+        if run is not None:
+            raise RecordingError(f"{run} does not fit this test: {'; '.join(misfits)}")
+        click.echo(f"{path} is not used: {'; '.join(misfits)}", err=True)
+        path = header = None
+    if controller is None and header is None:
+        raise click.UsageError(
+            "--controller is missing, and there is no recording to take it from "
+            "(try --controller real_r)"
+        )
+    return TrialPlan(
+        controller=controller or (header.controller if header else ""),
+        condition=wanted,
+        scene=loaded,
+        goal_set=goals_for_test(given, n_objects, loaded),
+        seed=seed if seed is not None else (header.seed if header else 0),
+        trial_steps=TRIAL_STEPS,
+        run=path,
+        videos=video,
+        pictures=pictures,
+    )
+
+
+def trials_asked(trials: int | None, plan: TrialPlan) -> int:
+    """How many goals are to be tested: all of them unless told otherwise."""
+    return len(plan.goal_set) if trials is None else trials
+
+
+def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:
+    """The goals that are given, or the shipped ones; raises GoalSetError if they do not fit."""
+    from real_bench.goal_sets import load_goal_set, shipped_goal_set
+
+    goal_set = given or load_goal_set(shipped_goal_set(n_objects))
+    goal_set.check_fits(scene, n_objects)
+    return goal_set
+
+
+def test(
+    phase: ExtrinsicPhase, *, resume: bool, overwrite: bool, guest: Guest | None = None
+) -> Result:
+    """Run the phase with progress shown."""
+    from real_bench.cli.progress import ProgressDisplay
+
+    title = f"testing {phase.plan.controller}"
+    with ProgressDisplay(title, "goals", phase.n_trials) as display:
+
+        def report(result: Result) -> None:
+            display.update(len(result.trials), f"score {result.score:.3f}")
+
+        return phase.run(report, resume=resume, overwrite=overwrite, guest=guest)
+
+
+def show(result: Result, out: Path, *, as_json: bool) -> None:
+    """Print the score table, or the result as JSON."""
+    if as_json:
+        click.echo(json.dumps(result.to_json()))
+        return
+    from rich.console import Console
+
+    from real_bench.scoring.table import score_table
+
+    Console().print(score_table(result))
+    click.echo(f"result: {out}")
+
+
+def judge(result: Result, min_score: float | None) -> None:
+    """Exit with 3 where the score is below a minimum."""
+    if min_score is not None and result.score < min_score:
+        click.echo(f"realbench: score {result.score:.4f} is below {min_score}", err=True)
+        sys.exit(BELOW_MINIMUM)
+
+
+def _find_run(run: Path | None) -> tuple[Path | None, Header | None]:
+    """The recording that is asked for, or the default one where there is one."""
+    from real_bench.recording import Recording
+
+    path = run or options.DEFAULT_RUN
+    if run is None and not path.exists():
+        return None, None
+    with Recording(path) as recording:
+        return path, recording.header

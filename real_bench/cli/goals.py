@@ -1,0 +1,164 @@
+"""realbench goals: draw, import and look at sets of goals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from real_bench.goal_sets import GoalSet
+    from real_bench.simulation import Scene
+
+LARGEST_SEED = 2**63 - 1
+
+existing_file = click.Path(exists=True, dir_okay=False, path_type=Path)
+output_file = click.Path(path_type=Path)
+
+overwrite_option = click.option(
+    "--overwrite", is_flag=True, help="Replace the output where it exists."
+)
+scene_option = click.option(
+    "--scene", default="official", show_default=True, help="A scene's name, or its manifest."
+)
+
+
+def how_many(default: int) -> dict[str, Any]:
+    """What an option for a number of goals has in common with the others."""
+    kind = click.IntRange(min=0)
+    return {"type": kind, "default": default, "show_default": True, "metavar": "N"}
+
+
+@click.group()
+def goals() -> None:
+    r"""Draw, import and look at goals.
+
+    \b
+    Example:
+      realbench goals generate --objects 1 --seed 7 --out goals.npy
+      realbench goals show goals.npy
+    """
+
+
+@goals.command()
+@click.option(
+    "--objects", type=click.IntRange(min=1), default=1, show_default=True, help="How many objects."
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, LARGEST_SEED),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="What the goals are drawn from.",
+)
+@click.option(
+    "--out", type=output_file, default="goals.npy", show_default=True, help="The goal set to write."
+)
+@scene_option
+@click.option("--2d", "n_2d", **how_many(25), help="Goals on the table.")
+@click.option("--25d", "n_25d", **how_many(15), help="Goals on table and shelf.")
+@click.option("--3d", "n_3d", **how_many(10), help="The same, in any orientation.")
+@overwrite_option
+def generate(
+    objects: int,
+    seed: int,
+    out: Path,
+    scene: str,
+    n_2d: int,
+    n_25d: int,
+    n_3d: int,
+    overwrite: bool,
+) -> None:
+    r"""Draw goals by the rules of the official sets; the same seed gives the same file.
+
+    \b
+    Example:
+      realbench goals generate --objects 2 --seed 7 --out goals.npy
+    """
+    from real_bench.files import check_output
+    from real_bench.goal_sets import save_goal_set
+    from real_bench.simulation import load_scene
+
+    counts = {"2D": n_2d, "2.5D": n_25d, "3D": n_3d}
+    if not any(counts.values()):
+        raise click.UsageError("--2d, --25d and --3d are all 0: ask for at least one goal")
+    check_output(out, overwrite=overwrite)
+    goal_set = _generate_with_progress(load_scene(scene), objects, seed, counts)
+    save_goal_set(goal_set, out)
+    _report(goal_set, out)
+
+
+@goals.command()
+@click.argument("file", type=existing_file)
+@click.option("--out", type=output_file, help="The picture.  [default: FILE with suffix .png]")
+@overwrite_option
+def show(file: Path, out: Path | None, overwrite: bool) -> None:
+    r"""Draw a picture of all goals: start and goal side by side.
+
+    \b
+    Example:
+      realbench goals show goals.npy --out sheet.png
+    """
+    import io
+
+    from real_bench.files import check_output, write_whole
+    from real_bench.goal_sets import contact_sheet, load_goal_set
+
+    sheet = out or file.with_suffix(".png")
+    if sheet.suffix != ".png":
+        raise click.BadParameter(f"{sheet} must end in .png", param_hint="--out")
+    check_output(sheet, overwrite=overwrite)
+    goal_set = load_goal_set(file)
+    stream = io.BytesIO()
+    contact_sheet(goal_set).save(stream, format="PNG")
+    write_whole(sheet, stream.getvalue())
+    _report(goal_set, sheet)
+
+
+@goals.command("import")
+@click.argument("official", type=existing_file)
+@click.option("--out", type=output_file, required=True, help="The goal set to write.")
+@scene_option
+@overwrite_option
+def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> None:
+    r"""Turn a goal file of the official package (.npz) into a goal set.
+
+    The file is a pickle; it is read as data, and no code in it is run.
+
+    \b
+    Example:
+      realbench goals import official-2-objects.npz --out goals.npy
+    """
+    from real_bench.files import check_output
+    from real_bench.goal_sets import import_official, save_goal_set
+    from real_bench.simulation import load_scene
+
+    check_output(out, overwrite=overwrite)
+    goal_set = import_official(official, load_scene(scene))
+    save_goal_set(goal_set, out)
+    _report(goal_set, out)
+
+
+def _generate_with_progress(
+    scene: Scene, n_objects: int, seed: int, counts: dict[str, int]
+) -> GoalSet:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from real_bench.goal_sets import generate_goal_set
+
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task("drawing goals", total=sum(counts.values()))
+
+        def show_progress(n_done: int, n_goals: int) -> None:
+            bar.update(task, completed=n_done, total=n_goals)
+
+        return generate_goal_set(scene, n_objects, seed, counts, show_progress)
+
+
+def _report(goal_set: GoalSet, written: Path) -> None:
+    classes = ", ".join(f"{count} {name}" for name, count in goal_set.counts.items() if count)
+    objects = ", ".join(goal_set.object_names)
+    click.echo(f"{written}: {len(goal_set)} goals ({classes}), {objects}, scene {goal_set.scene}")

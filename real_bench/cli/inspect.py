@@ -1,0 +1,101 @@
+"""``realbench inspect``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from real_bench.cli import options
+
+EPILOG = """\b
+Example:
+  realbench inspect run.h5
+  realbench inspect score.json --json
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=options.FILE)
+@options.json_option
+def inspect(file: Path, as_json: bool) -> None:
+    """Say what is in a recording (.h5), a goal set (.npy) or a result (.json)."""
+    describe = {".h5": describe_recording, ".npy": describe_goals, ".json": describe_result}
+    if file.suffix not in describe:
+        raise click.UsageError(f"{file} is none of .h5, .npy and .json")
+    facts = describe[file.suffix](file)
+    if as_json:
+        click.echo(json.dumps(facts))
+    else:
+        print_facts(facts)
+
+
+def describe_recording(path: Path) -> dict[str, Any]:
+    """The facts of a recording."""
+    from real_bench.recording import Recording
+
+    with Recording(path) as recording:
+        header = recording.header
+        n_triplets = len(recording.transitions)
+        return {
+            "file": str(path),
+            "megabytes": round(path.stat().st_size / 1e6, 3),
+            "triplets": n_triplets,
+            "steps": recording.n_steps,
+            "steps_asked": recording.total_steps,
+            "cut_at_steps": recording.cuts,
+            "share_of_actions_that_moved_an_object": (
+                round(recording.share_moved(), 4) if n_triplets else None
+            ),
+            "images": 0 if recording.images is None else len(recording.images),
+            **header.model_dump(mode="json", exclude={"images", "scene_source"}),
+        }
+
+
+def describe_goals(path: Path) -> dict[str, Any]:
+    """The facts of a goal set."""
+    from real_bench.goal_sets import load_goal_set
+
+    goal_set = load_goal_set(path)
+    return {
+        "file": str(path),
+        "megabytes": round(path.stat().st_size / 1e6, 3),
+        "goals": len(goal_set),
+        "by_class": goal_set.counts,
+        "object_names": list(goal_set.object_names),
+        "scene": goal_set.scene,
+        "scene_sha256": goal_set.scene_sha256,
+        "generator": goal_set.generator,
+        "seed": goal_set.seed,
+        "sha256": goal_set.sha256,
+    }
+
+
+def describe_result(path: Path) -> dict[str, Any]:
+    """The facts of a result."""
+    from real_bench.scoring.result import load_result
+
+    result = load_result(path)
+    return {
+        "file": str(path),
+        "score": result.score if result.trials else None,
+        "trials": f"{len(result.trials)} of {result.setting.n_goals}",
+        **result.setting.model_dump(mode="json"),
+    }
+
+
+def print_facts(facts: dict[str, Any]) -> None:
+    """Print facts for a person, one a line."""
+    width = max(map(len, facts))
+    for name, value in facts.items():
+        click.echo(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {item}" for key, item in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, value)) or "none"
+    return f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)

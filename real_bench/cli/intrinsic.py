@@ -1,0 +1,119 @@
+"""``realbench intrinsic``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from real_bench.cli import options
+from real_bench.phases.lengths import INTRINSIC_STEPS
+
+if TYPE_CHECKING:
+    from real_bench.phases.intrinsic import IntrinsicPhase
+    from real_bench.phases.player import Guest
+
+EPILOG = """\b
+Example:
+  realbench intrinsic --controller real_r --condition OM --steps 100000 --out run.h5
+  realbench intrinsic --out run.h5 --resume
+"""
+
+
+@click.command(epilog=EPILOG)
+@options.controller_option
+@options.condition_option
+@options.objects_option
+@options.scene_option
+@options.seed_option
+@click.option("--steps", type=int, help=f"Length of the phase. [default: {INTRINSIC_STEPS:,}]")
+@click.option("--out", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
+@click.option(
+    "--images/--no-images", default=None, help="Record images. [default: in image conditions]"
+)
+@options.resume_option
+@options.overwrite_option
+@options.json_option
+def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: Any) -> None:
+    """Let a controller play freely and record every action and its outcome.
+
+    Defaults of a new run: condition IM, one object, scene official, seed 0. A resumed run takes
+    all it is not told from the recording. Ctrl-C stops it after the current action; a run that
+    was stopped or killed goes on with --resume.
+    """
+    phase = plan_phase(out, resume=resume, **given)
+    play(phase, resume=resume, overwrite=overwrite)
+    show(out, as_json=as_json)
+
+
+NEW_RUN = {
+    "controller": None,
+    "condition": "IM",
+    "objects": 1,
+    "scene": "official",
+    "steps": INTRINSIC_STEPS,
+    "seed": 0,
+    "images": None,
+}
+
+
+def plan_phase(out: Path, *, resume: bool = False, **given: Any) -> IntrinsicPhase:
+    """The phase that the given options describe; what they leave out is the recording's."""
+    from real_bench.conditions import Condition
+    from real_bench.phases.intrinsic import IntrinsicPhase
+    from real_bench.simulation import load_scene
+
+    defaults = _recorded(out) if resume and out.exists() else NEW_RUN
+    chosen = {**defaults, **{key: value for key, value in given.items() if value is not None}}
+    if chosen["controller"] is None:
+        raise click.UsageError("--controller is missing (try --controller real_r)")
+    chosen["condition"] = Condition.parse(chosen["condition"])
+    chosen["scene"] = load_scene(chosen["scene"])
+    return IntrinsicPhase(out=out, **chosen)
+
+
+def _recorded(path: Path) -> dict[str, Any]:
+    """The options that a recording was made with."""
+    from real_bench.recording import Recording
+
+    with Recording(path) as recording:
+        header = recording.header
+        return {
+            "controller": header.controller,
+            "condition": header.condition,
+            "objects": header.objects,
+            "scene": header.scene_source,
+            "steps": recording.total_steps,
+            "seed": header.seed,
+            "images": header.images,
+        }
+
+
+def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> Guest:
+    """Run the phase with progress shown."""
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.phases.intrinsic import Progress
+
+    with ProgressDisplay(f"playing {phase.controller}", "steps", phase.steps) as display:
+
+        def report(progress: Progress) -> None:
+            moved = progress.n_moved / progress.n_actions
+            rate = display.rate(progress.n_steps)
+            display.update(
+                progress.n_steps, f"{rate:,.0f} steps/s, {moved:.0%} of actions moved an object"
+            )
+
+        return phase.run(report, resume=resume, overwrite=overwrite)
+
+
+def show(out: Path, *, as_json: bool) -> None:
+    """Say what was recorded."""
+    from real_bench.cli.inspect import describe_recording, print_facts
+
+    facts = describe_recording(out)
+    if as_json:
+        click.echo(json.dumps(facts))
+    else:
+        print_facts(facts)

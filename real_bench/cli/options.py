@@ -1,0 +1,37 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+DEFAULT_RUN = Path("run.h5")
+DEFAULT_RESULT = Path("score.json")
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+FILE = click.Path(path_type=Path)
+
+controller_option: Decorator = click.option(
+    "--controller", metavar="C", help="Name, module:Class, or file.py[:Class]."
+)
+condition_option: Decorator = click.option(
+    "--condition", metavar="XY", help="OM, IM, IJ, OJ, OC or IC, by the paper's names."
+)
+objects_option: Decorator = click.option("--objects", type=int, help="Number of objects, 1 to 3.")
+scene_option: Decorator = click.option(
+    "--scene", metavar="S", help="official, builtin, or the path of a manifest."
+)
+seed_option: Decorator = click.option("--seed", type=int, help="Seed of all randomness.")
+resume_option: Decorator = click.option(
+    "--resume", is_flag=True, help="Go on where the output file ends, if it exists."
+)
+overwrite_option: Decorator = click.option(
+    "--overwrite", is_flag=True, help="Replace the output file if it exists."
+)
+json_option: Decorator = click.option(
+    "--json", "as_json", is_flag=True, help="Print JSON on standard output."
+)

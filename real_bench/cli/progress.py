@@ -1,0 +1,81 @@
+"""Progress of long work, on stderr: a live bar for a person, a line now and then for a log."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+SECONDS_BETWEEN_LINES = 30.0
+
+
+class ProgressDisplay:
+    """How far a piece of work has come; use it as a context manager.
+
+    Args:
+        title: what is done.
+        unit: of what ``total`` counts.
+        total: how much there is to do.
+    """
+
+    def __init__(self, title: str, unit: str, total: int) -> None:
+        self._title, self._unit, self._total = title, unit, total
+        self._console = Console(stderr=True)
+        self._live = self._console.is_terminal
+        self._bar = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[note]}"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(elapsed_when_finished=False),
+            console=self._console,
+            disable=not self._live,
+            transient=True,
+        )
+        self._task = self._bar.add_task(title, total=total, note="")
+        self._began = self._last_line = time.monotonic()
+        self._first: int | None = None
+
+    def update(self, done: int, note: str = "") -> None:
+        """So much is done; ``note`` is shown beside it."""
+        if self._first is None:
+            self._first = done
+            self._bar.update(self._task, completed=done)
+        self._bar.update(self._task, completed=done, note=note)
+        now = time.monotonic()
+        if not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
+            self._last_line = now
+            left = (now - self._began) * (self._total - done) / max(done - self._first, 1)
+            self._console.print(
+                f"{self._title}: {done:,} of {self._total:,} {self._unit}, {note}, "
+                f"about {left:,.0f} s left",
+                soft_wrap=True,
+                highlight=False,
+            )
+
+    def rate(self, done: int) -> float:
+        """How much is done a second, in this process."""
+        return (done - (self._first or 0)) / max(time.monotonic() - self._began, 1e-9)
+
+    def __enter__(self) -> ProgressDisplay:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._bar.stop()

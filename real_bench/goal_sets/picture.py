@@ -1,0 +1,86 @@
+"""Pictures of goals and trials, for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from real_bench.goal_sets.goal import GoalSet
+
+MARGIN = 8
+CAPTION_HEIGHT = 24
+FONT_SIZE = 15
+THUMBNAIL = (200, 150)
+MAX_COLUMNS = 4  # of pairs of start and goal
+PAPER, INK = "white", "black"
+
+_Retina = NDArray[np.uint8]
+
+
+def contact_sheet(goal_set: GoalSet) -> Image.Image:
+    """Start and goal of every goal side by side, numbered from 0, in a grid."""
+    pairs = [
+        _captioned(
+            [_thumbnail(goal.retina_before), _thumbnail(goal.retina)],
+            [f"{index}   {goal.challenge}", "goal"],
+        )
+        for index, goal in enumerate(goal_set.goals)
+    ]
+    title = (
+        f"{len(goal_set)} goals, {goal_set.n_objects} objects, scene {goal_set.scene}, "
+        f"{goal_set.generator}, seed {goal_set.seed}"
+    )
+    return _titled(title, _grid(pairs))
+
+
+def trial_strip(start: _Retina, goal: _Retina, end: _Retina, title: str) -> Image.Image:
+    """Three camera images, (height, width, 3) uint8, side by side: start, goal and end."""
+    pictures = [Image.fromarray(image) for image in (start, goal, end)]
+    return _titled(title, _captioned(pictures, ["start", "goal", "end"]))
+
+
+def _thumbnail(image: _Retina) -> Image.Image:
+    return Image.fromarray(image).resize(THUMBNAIL, Image.Resampling.LANCZOS)
+
+
+def _captioned(pictures: Sequence[Image.Image], captions: Sequence[str]) -> Image.Image:
+    """Pictures in a row, each under its caption."""
+    width, height = pictures[0].size
+    row = Image.new("RGB", (len(pictures) * width, CAPTION_HEIGHT + height), PAPER)
+    for index, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
+        _write(row, caption, index * width)
+        row.paste(picture, (index * width, CAPTION_HEIGHT))
+    return row
+
+
+def _grid(pictures: Sequence[Image.Image]) -> Image.Image:
+    n_columns = min(MAX_COLUMNS, len(pictures))
+    n_rows = math.ceil(len(pictures) / n_columns)
+    width, height = (side + MARGIN for side in pictures[0].size)
+    grid = Image.new("RGB", (n_columns * width, n_rows * height), PAPER)
+    for index, picture in enumerate(pictures):
+        row, column = divmod(index, n_columns)
+        grid.paste(picture, (column * width, row * height))
+    return grid
+
+
+def _titled(title: str, picture: Image.Image) -> Image.Image:
+    """A picture under a title, wide enough for both."""
+    width = max(picture.width, math.ceil(_font().getlength(title))) + 2 * MARGIN
+    page = Image.new("RGB", (width, picture.height + CAPTION_HEIGHT + 2 * MARGIN), PAPER)
+    _write(page, title, MARGIN)
+    page.paste(picture, (MARGIN, CAPTION_HEIGHT + MARGIN))
+    return page
+
+
+def _write(picture: Image.Image, text: str, left: int) -> None:
+    middle = (left, CAPTION_HEIGHT // 2)
+    ImageDraw.Draw(picture).text(middle, text, INK, _font(), anchor="lm")
+
+
+def _font() -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(FONT_SIZE)

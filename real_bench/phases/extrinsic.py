@@ -1,0 +1,211 @@
+"""The extrinsic phase: 50 goals never seen before (paper, section Metrics)."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+
+from real_bench.errors import Interrupted, RealBenchError, ResultError
+from real_bench.files import check_output, file_sha256
+from real_bench.finding import find_controller, source_file
+from real_bench.phases.player import Guest
+from real_bench.phases.stopping import StopRequest, stop_requests
+from real_bench.phases.trial import TrialMaker, TrialPlan
+from real_bench.recording import Recording, package_versions
+from real_bench.scoring.result import Result, Setting, TrialResult, load_result
+
+Report = Callable[[Result], None]
+
+
+@dataclass(frozen=True)
+class ExtrinsicPhase:
+    """An extrinsic phase to be run.
+
+    Attributes:
+        plan: what is tested.
+        n_trials: how many of the goals, from the first on.
+        out: the result file.
+        jobs: number of processes; the scores do not depend on it.
+    """
+
+    plan: TrialPlan
+    n_trials: int
+    out: Path
+    jobs: int = 1
+
+    def __post_init__(self) -> None:
+        n_goals = len(self.plan.goal_set)
+        if not 1 <= self.n_trials <= n_goals:
+            raise RealBenchError(f"--trials must be 1 to {n_goals}, not {self.n_trials}")
+        if self.jobs < 1:
+            raise RealBenchError(f"--jobs must be at least 1, not {self.jobs}")
+        if self.plan.seed < 0:
+            raise RealBenchError(f"--seed must not be negative, it is {self.plan.seed}")
+        if self.plan.trial_steps < 1:
+            raise RealBenchError(f"a trial needs at least 1 step, not {self.plan.trial_steps}")
+        self.plan.goal_set.check_fits(self.plan.scene, self.plan.goal_set.n_objects)
+
+    def run(
+        self,
+        report: Report,
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+        guest: Guest | None = None,
+    ) -> Result:
+        """Test every goal; the result file is written anew after each.
+
+        Args:
+            report: told of the result so far, after every trial.
+            resume: go on with the result file where there is one.
+            overwrite: replace the result file where there is one.
+            guest: the controller as an intrinsic phase in this process left it.
+
+        Raises:
+            Interrupted: the user stopped it; ``resume`` goes on.
+            ControllerError: the controller failed; earlier trials are kept.
+            RealBenchError: anything else that is wrong, before or while it runs.
+        """
+        resume = resume and self.out.exists()
+        check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
+        result = self._begun(resume)
+        with stop_requests() as stop:
+            for trial, seconds in self._trials(result, guest, stop):
+                result = result.with_trial(trial, seconds)
+                result.save(self.out)
+                report(result)
+        if not result.is_complete:
+            raise Interrupted(
+                f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
+                f"{self.out}: go on with --resume"
+            )
+        return result
+
+    def _begun(self, resume: bool) -> Result:
+        """An empty result, or the one to be resumed."""
+        setting = self._setting()
+        if not resume:
+            return Result(setting=setting)
+        result = load_result(self.out)
+        if result.setting != setting:
+            changed = [
+                name
+                for name in Setting.model_fields
+                if getattr(result.setting, name) != getattr(setting, name)
+            ]
+            raise ResultError(
+                f"{self.out} cannot be resumed, it is of another test: {', '.join(changed)} differ"
+            )
+        return result
+
+    def _trials(
+        self, result: Result, guest: Guest | None, stop: StopRequest
+    ) -> Iterator[tuple[TrialResult, float]]:
+        done = {trial.goal for trial in result.trials}
+        left = [number for number in range(self.n_trials) if number not in done]
+        if not left:
+            return
+        if self.jobs > 1 and guest is None and not self._must_be_in_order():
+            yield from self._in_processes(left, stop)
+            return
+        maker = TrialMaker(self.plan, guest)
+        try:
+            if maker.learns_across_trials and done:
+                raise ResultError(
+                    f"{self.out} cannot be resumed: the controller learns from trial to trial, "
+                    "and what it had learned is lost; use --overwrite"
+                )
+            for number in left:
+                if stop.made:
+                    return
+                yield maker.make(number)
+        finally:
+            maker.close()
+
+    def _must_be_in_order(self) -> bool:
+        kind = find_controller(self.plan.controller)
+        return bool(getattr(kind, "learns_across_trials", False))
+
+    def _in_processes(
+        self, left: list[int], stop: StopRequest
+    ) -> Iterator[tuple[TrialResult, float]]:
+        pool = ProcessPoolExecutor(
+            min(self.jobs, len(left)),
+            mp_context=multiprocessing.get_context("spawn"),
+            initializer=_start_worker,
+            initargs=(self.plan,),
+        )
+        try:
+            for future in as_completed([pool.submit(_make_trial, number) for number in left]):
+                yield future.result()
+                if stop.made:
+                    return
+        except BrokenProcessPool as error:
+            raise RealBenchError(
+                f"a worker process died; finished trials are in {self.out}: go on with --resume"
+            ) from error
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    def _setting(self) -> Setting:
+        plan = self.plan
+        file = source_file(find_controller(plan.controller))
+        run_sha256, run_steps = _identity(plan.run)
+        return Setting(
+            condition=plan.condition.name,
+            objects=plan.goal_set.n_objects,
+            object_names=plan.goal_set.object_names,
+            scene=plan.scene.name,
+            scene_sha256=plan.scene.sha256,
+            controller=plan.controller,
+            controller_sha256=file_sha256(file) if file else "",
+            run_sha256=run_sha256,
+            run_steps=run_steps,
+            goals_sha256=plan.goal_set.sha256,
+            n_goals=self.n_trials,
+            trial_steps=plan.trial_steps,
+            seed=plan.seed,
+            versions=package_versions(),
+        )
+
+
+def _identity(run: Path | None) -> tuple[str, int]:
+    if run is None:
+        return "", 0
+    with Recording(run) as recording:
+        n_steps = recording.n_steps
+    return file_sha256(run), n_steps
+
+
+class _Worker:
+    """What a worker process keeps between trials; a process has no other place for it."""
+
+    plan: TrialPlan
+    maker: TrialMaker | None = None
+
+
+def _start_worker(plan: TrialPlan) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_die_with_parent, daemon=True).start()
+    _Worker.plan = plan
+
+
+def _die_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _make_trial(number: int) -> tuple[TrialResult, float]:
+    if _Worker.maker is None:  # made here and not at the start, so that its errors are reported
+        _Worker.maker = TrialMaker(_Worker.plan)
+    return _Worker.maker.make(number)

@@ -1,0 +1,158 @@
+"""One trial of the extrinsic phase: from the goal's start, for 10,000 steps."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError
+from real_bench.finding import find_controller
+from real_bench.goal_sets import Goal, GoalSet, trial_strip
+from real_bench.phases.film import filmed
+from real_bench.phases.player import Guest
+from real_bench.phases.seeds import derived_seed
+from real_bench.recording import Experience, Recording
+from real_bench.scoring.metric import distances, object_scores
+from real_bench.scoring.result import TrialResult
+from real_bench.simulation.scene import Scene
+from real_bench.task import Task
+
+
+@dataclass(frozen=True)
+class TrialPlan:
+    """All that a process needs to know to make trials.
+
+    Attributes:
+        controller: name, ``module:Class`` or file.
+        condition, scene: of the test.
+        goal_set: the goals, of which any may be asked for.
+        seed: each trial's own seed follows from it and the goal's number.
+        trial_steps: length of a trial.
+        run: the recording that the controller learns from, where there is one.
+        videos, pictures: folders for a film, and for a picture, of each trial.
+    """
+
+    controller: str
+    condition: Condition
+    scene: Scene
+    goal_set: GoalSet
+    seed: int
+    trial_steps: int
+    run: Path | None = None
+    videos: Path | None = None
+    pictures: Path | None = None
+
+
+class TrialMaker:
+    """Makes trials with one controller in one world.
+
+    Args:
+        plan: what is tested.
+        guest: the controller as the intrinsic phase left it, where it is still at hand; else it
+            is made anew and given what the recording holds.
+    """
+
+    def __init__(self, plan: TrialPlan, guest: Guest | None = None) -> None:
+        self._plan = plan
+        self._task = Task(plan.scene, plan.condition, plan.goal_set.n_objects)
+        self._guest = self._prepared() if guest is None else guest
+        if plan.run is not None:
+            self._guest.use_experience(Experience(plan.run, plan.condition))
+        self._guest.call("start_extrinsic_phase")
+
+    @property
+    def learns_across_trials(self) -> bool:
+        """Whether the controller must meet the goals in order, in this one process."""
+        return self._guest.learns_across_trials
+
+    def make(self, number: int) -> tuple[TrialResult, float]:
+        """Test one goal; returns the result and the seconds it took."""
+        began = time.monotonic()
+        result = self._trial(number)
+        return result, time.monotonic() - began
+
+    def close(self) -> None:
+        """The tests are over."""
+        if self.learns_across_trials:
+            self._guest.call("end_extrinsic_phase")
+        self._task.close()
+
+    def _prepared(self) -> Guest:
+        plan = self._plan
+        guest = Guest(plan.controller, find_controller(plan.controller), self._task)
+        guest.seed(plan.seed)
+        if plan.run is not None:
+            with Recording(plan.run) as recording:
+                if recording.header.controller == plan.controller:  # else it is another's state
+                    guest.set_state(recording.controller_state())
+        return guest
+
+    def _trial(self, number: int) -> TrialResult:
+        plan, task, goal = self._plan, self._task, self._plan.goal_set.goals[number]
+        guest = self._guest if self.learns_across_trials else self._guest.copy()
+        task.begin(goal)
+        start = task.simulation.image().retina if plan.pictures else None
+        guest.seed(derived_seed(plan.seed, number))
+        with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
+            guest.call("start_extrinsic_trial")
+            actions = self._play(guest)
+        guest.call("end_extrinsic_trial", task.observe().now(), 0.0, True)
+        if not self.learns_across_trials:
+            guest.call("end_extrinsic_phase")
+        result = _result(number, goal, task.simulation.object_poses(), actions)
+        if plan.pictures is not None and start is not None:
+            self._draw(plan.pictures, result, goal, start)
+        return result
+
+    def _play(self, guest: Guest) -> list[Action]:
+        player = guest.at_play(self._task)
+        actions: list[Action] = []
+        while self._task.n_steps < self._plan.trial_steps:
+            actions.append(player.play(self._plan.trial_steps - self._task.n_steps))
+        return actions
+
+    def _draw(
+        self, folder: Path, result: TrialResult, goal: Goal, start: NDArray[np.uint8]
+    ) -> None:
+        end = self._task.simulation.image().retina
+        title = f"goal {result.goal} ({goal.challenge}): score {result.score:.3f}"
+        picture = trial_strip(start, goal.retina, end, title)
+        _save(folder / f"trial-{result.goal:02d}.png", picture.save)
+
+
+def _result(
+    number: int, goal: Goal, poses: NDArray[np.float64], actions: list[Action]
+) -> TrialResult:
+    away = distances(poses[:, :3], goal.final_poses[:, :3])
+    return TrialResult(
+        goal=number,
+        challenge=goal.challenge,
+        score=float(object_scores(away).sum()),
+        distances=tuple(away.tolist()),
+        final_poses=tuple(tuple(pose) for pose in poses.tolist()),
+        actions_sha256=_hash(actions),
+    )
+
+
+def _hash(actions: list[Action]) -> str:
+    digest = hashlib.sha256()
+    for action in actions:
+        for array in (action.commands, action.n_steps, action.line):
+            digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _save(path: Path, save: Callable[[Path], None]) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save(path)
+    except OSError as error:
+        raise RealBenchError(f"cannot write {path}: {error.strerror or error}") from error

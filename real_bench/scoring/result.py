@@ -1,0 +1,164 @@
+"""The result file of an extrinsic phase: JSON, written anew as each trial ends."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from real_bench.errors import ResultError
+from real_bench.files import write_whole
+from real_bench.scoring.summary import ClassSummary, GoalOutcome, summarise
+
+FORMAT = "realbench-result"
+VERSION = 1
+
+Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Setting(_Record):
+    """What was tested, and with what: everything that decides the scores.
+
+    Attributes:
+        condition, objects, object_names, scene, scene_sha256: of the test.
+        controller, controller_sha256: as named by the user; hash of its file.
+        run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
+        goals_sha256: hash of the goal set's content.
+        n_goals: how many trials are asked for.
+        trial_steps: length of a trial.
+        seed: of the test.
+        versions: of Python and the packages that can change the outcome.
+    """
+
+    condition: str
+    objects: int
+    object_names: tuple[str, ...]
+    scene: str
+    scene_sha256: str
+    controller: str
+    controller_sha256: str
+    run_sha256: str
+    run_steps: int
+    goals_sha256: str
+    n_goals: int
+    trial_steps: int
+    seed: int
+    versions: dict[str, str]
+
+
+class TrialResult(_Record):
+    """One trial.
+
+    Attributes:
+        goal: its number in the goal set, from 0.
+        challenge: its class.
+        score: M_g.
+        distances: of each object to its goal, metres.
+        final_poses: where the objects ended, position and quaternion each.
+        actions_sha256: hash of every command that was executed.
+    """
+
+    goal: int
+    challenge: str
+    score: float
+    distances: tuple[float, ...]
+    final_poses: tuple[Pose, ...]
+    actions_sha256: str
+
+    def outcome(self) -> GoalOutcome:
+        """What the statistics need of it."""
+        return GoalOutcome(self.challenge, self.score, self.distances)
+
+
+class Result(_Record):
+    """An extrinsic phase, finished or not.
+
+    Attributes:
+        setting: what was tested.
+        trials: in the order of their goals.
+        seconds: wall time of each trial, by goal number: all that differs when it is repeated.
+    """
+
+    format: str = FORMAT
+    version: int = VERSION
+    setting: Setting
+    trials: tuple[TrialResult, ...] = ()
+    seconds: dict[int, float] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _trials_are_of_this_test(self) -> Result:
+        numbers = [trial.goal for trial in self.trials]
+        if len(set(numbers)) < len(numbers) or numbers != sorted(numbers):
+            raise ValueError("trials must be in order, each goal once")
+        if numbers and not (numbers[0] >= 0 and numbers[-1] < self.setting.n_goals):
+            raise ValueError(f"a trial's goal is not below {self.setting.n_goals}")
+        return self
+
+    def with_trial(self, trial: TrialResult, seconds: float) -> Result:
+        """The result with one more trial."""
+        trials = sorted([*self.trials, trial], key=lambda trial: trial.goal)
+        times = dict(sorted({**self.seconds, trial.goal: seconds}.items()))
+        return self.model_copy(update={"trials": tuple(trials), "seconds": times})
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every trial has been made."""
+        return len(self.trials) == self.setting.n_goals
+
+    @property
+    def score(self) -> float:
+        """M: the mean over the goals tested so far; raises ResultError where there is none."""
+        return self.summary()[-1].score
+
+    def summary(self) -> list[ClassSummary]:
+        """By class, the total last."""
+        if not self.trials:
+            raise ResultError("the result has no trial yet")
+        return summarise([trial.outcome() for trial in self.trials])
+
+    def to_json(self) -> dict[str, Any]:
+        """The file's content: setting, summary, trials, and at the end what time it took."""
+        fields = self.model_dump(mode="json")
+        summary = [asdict(row) for row in self.summary()] if self.trials else []
+        timing = {"seconds": fields.pop("seconds")}
+        return {**fields, "complete": self.is_complete, "summary": summary, "timing": timing}
+
+    def save(self, path: Path) -> None:
+        """Write the file; it appears whole."""
+        write_whole(path, (json.dumps(self.to_json(), indent=1) + "\n").encode())
+
+
+def load_result(path: Path) -> Result:
+    """Read a result file.
+
+    Raises:
+        ResultError: it does not exist, is not a result, or was written by a newer version.
+    """
+    try:
+        fields = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ResultError(f"the result {path} does not exist") from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise ResultError(f"{path} cannot be read: {error}") from error
+    if not isinstance(fields, dict) or fields.get("format") != FORMAT:
+        raise ResultError(f"{path} is not a result of realbench")
+    if fields.get("version") != VERSION:
+        raise ResultError(f"{path} is of version {fields.get('version')}, this reads {VERSION}")
+    for derived in ("complete", "summary"):
+        fields.pop(derived, None)
+    timing = fields.pop("timing", None)
+    try:
+        seconds = timing.get("seconds") if isinstance(timing, dict) else {}
+        return Result.model_validate({**fields, "seconds": seconds})
+    except ValidationError as error:
+        faults = "; ".join(
+            f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()[:3]
+        )
+        raise ResultError(f"{path} is damaged: {faults}") from error
