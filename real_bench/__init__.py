@@ -1,4 +1,4 @@
-"""realbench: the REAL benchmark of robot open-ended autonomous learning.
+"""Realbench: the REAL benchmark of robot open-ended autonomous learning.
 
 >>> import real_bench
 >>> env = real_bench.make_env(scene="builtin", condition="OM", objects=1)
@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from real_bench.registration import register
 from real_bench.version import __version__
 
 if TYPE_CHECKING:
     from real_bench.environment import RealEnv
+
+register()
 
 __all__ = ["__version__", "make_env"]
 

@@ -303,12 +303,10 @@ def action_segments(action: Action, control: Control, simulation: Simulation) ->
     before = np.zeros(control.size)
     for command, n_steps, line in zip(action.commands, action.n_steps, action.line, strict=True):
         if line:
-            for step in range(1, int(n_steps) + 1):
-                yield from control.segments(
-                    before + (command - before) * (step / n_steps), 1, simulation
-                )
-        else:
-            yield from control.segments(command, int(n_steps), simulation)
+            for step in range(1, int(n_steps)):
+                on_the_way = before + (command - before) * (step / n_steps)
+                yield from control.segments(on_the_way, 1, simulation)
+        yield from control.segments(command, 1 if line else int(n_steps), simulation)
         before = command
 
 

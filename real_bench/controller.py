@@ -28,7 +28,9 @@ Either way it is made with the two spaces, and it is called in this order::
         controller.end_extrinsic_phase()
 
 With ``learns_across_trials`` there is no copy: one controller meets all goals in order, and
-``end_extrinsic_phase`` comes once, after the last. Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
+``end_extrinsic_phase`` comes once, after the last.
+
+Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
 the simulation, the goal file or the score.
 """
 

@@ -33,5 +33,5 @@ class ResultError(RealBenchError):
     """A result file that cannot be read, written or continued."""
 
 
-class Interrupted(RealBenchError):
+class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
     """The user asked to stop; everything up to here is kept."""

@@ -67,6 +67,6 @@ def evaluate(
     test = ExtrinsicPhase(plan, testing.trials_asked(trials, plan), out)
     check_output(out, overwrite=overwrite)
     guest = playing.play(phase, resume=False, overwrite=overwrite)
-    result = testing.test(test, resume=False, overwrite=overwrite, guest=guest)
+    result = testing.run_trials(test, resume=False, overwrite=overwrite, guest=guest)
     testing.show(result, out, as_json=as_json)
     testing.judge(result, min_score)

@@ -73,7 +73,7 @@ def extrinsic(
 
     plan = plan_trials(**given)
     phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
-    result = test(phase, resume=resume, overwrite=overwrite)
+    result = run_trials(phase, resume=resume, overwrite=overwrite)
     show(result, out, as_json=as_json)
     judge(result, min_score)
 
@@ -139,7 +139,7 @@ def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalS
     return goal_set
 
 
-def test(
+def run_trials(
     phase: ExtrinsicPhase, *, resume: bool, overwrite: bool, guest: Guest | None = None
 ) -> Result:
     """Run the phase with progress shown."""

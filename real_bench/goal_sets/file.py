@@ -20,11 +20,11 @@ from real_bench.errors import GoalSetError
 from real_bench.files import write_whole
 from real_bench.goal_sets.goal import NO_BODY, Goal, GoalSet, check_size
 from real_bench.goal_sets.npy import read_npy_header
-from real_bench.goal_sets.png import GREY, RGB, decode_png, encode_png, read_png_header
+from real_bench.goal_sets.png import decode_png, encode_png, read_png_header
 
 FORMAT = "realbench-goals"
 VERSION = 1
-IMAGE_FIELDS = {"retina_before_png": RGB, "retina_png": RGB, "mask_png": GREY}
+IMAGE_FIELDS = ("retina_before_png", "retina_png", "mask_png")
 MAX_FILE_BYTES = 2**30
 NO_BODY_IN_PNG = 255
 
@@ -166,13 +166,7 @@ def _goal_set(rows: _Rows) -> GoalSet:
 
 def _check_images(rows: _Rows) -> None:
     """All images are of one size and fit in memory, found before any is decoded."""
-    headers = {
-        read_png_header(bytes(row[field])): colour
-        for row in rows
-        for field, colour in IMAGE_FIELDS.items()
-    }
-    if any(header.colour != colour for header, colour in headers.items()):
-        raise GoalSetError("its images must be RGB, its masks grey")
+    headers = {read_png_header(bytes(row[field])) for row in rows for field in IMAGE_FIELDS}
     sizes = {(header.height, header.width) for header in headers}
     if len(sizes) != 1:
         raise GoalSetError(f"its images have different sizes: {sorted(sizes)}")

@@ -206,7 +206,8 @@ def _checked_poses(name: str, value: ArrayLike) -> NDArray[np.float64]:
         raise GoalSetError(f"{name} are of shape {poses.shape}: it must be (n_objects, 7)")
     if not np.isfinite(poses).all():
         raise GoalSetError(f"{name} must be finite: {poses.tolist()}")
-    norms = np.linalg.norm(poses[:, 3:], axis=1)
+    with np.errstate(over="ignore"):  # a length beyond all numbers is refused like any other
+        norms = np.linalg.norm(poses[:, 3:], axis=1)
     if (np.abs(norms - 1) > QUATERNION_TOLERANCE).any():
         raise GoalSetError(f"{name}: quaternions must have length 1, not {norms.tolist()}")
     return poses

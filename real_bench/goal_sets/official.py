@@ -33,7 +33,7 @@ _BYTE_ORDERS = frozenset({"<", ">", "|", "="})
 
 
 def import_official(path: str | Path, scene: Scene) -> GoalSet:
-    """Read an official goal file, such as ``goals-REAL2020-s2020-25-15-10-2.npy.npz``.
+    """Read an official goal file, such as ``official-2-objects.npz``.
 
     Args:
         path: an .npz that holds one pickled array of the official package's goals.

@@ -9,23 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from real_bench.goal_sets.goal import GoalSet
+from real_bench.goal_sets.goal import NO_BODY, GoalSet
 
 MARGIN = 8
 CAPTION_HEIGHT = 24
 FONT_SIZE = 15
-THUMBNAIL = (200, 150)
+THUMBNAIL_WIDTH = 200
 MAX_COLUMNS = 4  # of pairs of start and goal
 PAPER, INK = "white", "black"
 
 _Retina = NDArray[np.uint8]
+_Box = tuple[int, int, int, int]
 
 
 def contact_sheet(goal_set: GoalSet) -> Image.Image:
     """Start and goal of every goal side by side, numbered from 0, in a grid."""
+    box = _box_of_bodies(goal_set)
     pairs = [
         _captioned(
-            [_thumbnail(goal.retina_before), _thumbnail(goal.retina)],
+            [_thumbnail(goal.retina_before, box), _thumbnail(goal.retina, box)],
             [f"{index}   {goal.challenge}", "goal"],
         )
         for index, goal in enumerate(goal_set.goals)
@@ -43,8 +45,22 @@ def trial_strip(start: _Retina, goal: _Retina, end: _Retina, title: str) -> Imag
     return _titled(title, _captioned(pictures, ["start", "goal", "end"]))
 
 
-def _thumbnail(image: _Retina) -> Image.Image:
-    return Image.fromarray(image).resize(THUMBNAIL, Image.Resampling.LANCZOS)
+def _box_of_bodies(goal_set: GoalSet) -> _Box:
+    """Left, upper, right, lower of the part of the images that shows more than background."""
+    any_body = np.any([goal.mask != NO_BODY for goal in goal_set.goals], axis=0)
+    height, width = any_body.shape
+    rows, columns = np.nonzero(any_body)
+    if not rows.size:
+        return 0, 0, width, height
+    left, right = int(columns.min()) - MARGIN, int(columns.max()) + 1 + MARGIN
+    upper, lower = int(rows.min()) - MARGIN, int(rows.max()) + 1 + MARGIN
+    return max(0, left), max(0, upper), min(width, right), min(height, lower)
+
+
+def _thumbnail(image: _Retina, box: _Box) -> Image.Image:
+    shown = Image.fromarray(image).crop(box)
+    size = (THUMBNAIL_WIDTH, max(1, round(shown.height * THUMBNAIL_WIDTH / shown.width)))
+    return shown.resize(size, Image.Resampling.LANCZOS)
 
 
 def _captioned(pictures: Sequence[Image.Image], captions: Sequence[str]) -> Image.Image:

@@ -15,19 +15,18 @@ from PIL import Image
 from real_bench.errors import GoalSetError
 
 MAX_SIDE = 4096
-GREY, RGB = 0, 2  # PNG's numbers for colour types
-_MODES = {GREY: "L", RGB: "RGB"}
+_MODES = {0: "L", 2: "RGB"}  # by PNG's numbers for colour types
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _START = struct.Struct(">8sI4sIIBBBBB")
 
 
 @dataclass(frozen=True)
 class PngHeader:
-    """Size and colour type (``GREY`` or ``RGB``, 8 bits a channel) that a PNG declares."""
+    """What a PNG declares: its size, and Pillow's mode (``L`` or ``RGB``, 8 bits a channel)."""
 
     width: int
     height: int
-    colour: int
+    mode: str
 
 
 def encode_png(image: NDArray[np.uint8]) -> bytes:
@@ -49,10 +48,12 @@ def read_png_header(data: bytes) -> PngHeader:
     if signature != _SIGNATURE or chunk != b"IHDR":
         raise GoalSetError("an image is not a PNG")
     if depth != 8 or colour not in _MODES:
-        raise GoalSetError(f"an image has {depth} bits and colour type {colour}: use 8-bit RGB")
+        raise GoalSetError(
+            f"an image has {depth} bits, colour type {colour}: use 8-bit RGB or grey"
+        )
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
         raise GoalSetError(f"an image declares {width}x{height}: use at most {MAX_SIDE} a side")
-    return PngHeader(width, height, colour)
+    return PngHeader(width, height, _MODES[colour])
 
 
 def decode_png(data: bytes) -> NDArray[np.uint8]:
@@ -68,6 +69,6 @@ def decode_png(data: bytes) -> NDArray[np.uint8]:
             mode = image.mode
     except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error) as error:
         raise GoalSetError(f"an image is damaged ({error})") from error
-    if mode != _MODES[header.colour] or pixels.shape[:2] != (header.height, header.width):
+    if mode != header.mode or pixels.shape[:2] != (header.height, header.width):
         raise GoalSetError("an image is not what its header declares")
     return pixels

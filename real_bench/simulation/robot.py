@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +18,7 @@ TOUCH_DISTANCE = 0.1
 IK_ITERATIONS = 1000
 IK_RESIDUAL = 0.001
 INITIAL_GAIN = 0.1
+ROUNDING = 1e-9
 
 
 class Robot:
@@ -44,6 +49,10 @@ class Robot:
             raise SceneError(
                 f"scene {scene.name}: {spec.urdf} has no joint or link {error}"
             ) from error
+        limits = scene.manifest.limits
+        self._ranges = list(
+            zip(limits.command_reach, limits.command_low, limits.command_high, strict=True)
+        )
         self.all_joints = range(len(joints))
         self.observed_joints = [*arm, bases[0], tips[0]]
         self.driven_joints = [*arm, *bases, *tips]
@@ -66,7 +75,8 @@ class Robot:
     def set_joint_positions(self, positions: NDArray[np.float64]) -> None:
         """Put the joints at nine angles (as observed), at rest."""
         angles = dict.fromkeys(self.all_joints, 0.0)
-        angles.update(zip(self.driven_joints, joint_targets(list(positions)), strict=True))
+        mine = [*positions[:8], -positions[8]]
+        angles.update(zip(self.driven_joints, [*mine[:8], mine[7], mine[8], mine[8]], strict=True))
         for joint, angle in angles.items():
             pybullet.resetJointState(self.body, joint, angle, 0, physicsClientId=self.client)
 
@@ -76,6 +86,19 @@ class Robot:
         angles = np.array([state[0] for state in states])
         angles[8] = -angles[8]
         return angles
+
+    def ways_to(self, command: Sequence[float]) -> list[JointWay]:
+        """How each of the nine observed joints goes to a command.
+
+        The tip's sign is that of its joint, not of the command.
+        """
+        ways = [
+            JointWay.to(wanted, *limits)
+            for wanted, limits in zip(command, self._ranges, strict=True)
+        ]
+        reach, low, high = self._ranges[8]
+        ways[8] = JointWay.to(-command[8], reach, -high, -low)
+        return ways
 
     def touch_sensors(self) -> NDArray[np.float64]:
         """The largest normal force on each of the four skins, (4,) newtons; 0 without contact."""
@@ -117,6 +140,46 @@ class Robot:
         return joints, links
 
 
-def joint_targets(command: list[float]) -> list[float]:
-    """The targets of the eleven driven joints for nine commands."""
-    return [*command[:8], command[7], -command[8], -command[8]]
+class JointWay(NamedTuple):
+    """How one joint goes to a command, laid out for the simulation's loop.
+
+    The official environment moves the target to within a reach of the joint's angle, as
+    ``angle + clipped difference``, and then clips it to the joint's range; the roundings of that
+    sum are part of the outcome. Where no clipping can matter, the loop need only add.
+
+    Attributes:
+        wanted: the command, radians.
+        back, ahead: between these differences (wanted - angle) the target is their sum.
+        lowest, highest: between these, ``angle + ahead`` (or ``back``) needs no clipping.
+        slowly: the target for any angle.
+    """
+
+    wanted: float
+    back: float
+    ahead: float
+    lowest: float
+    highest: float
+    slowly: Callable[[float], float]
+
+    @classmethod
+    def to(cls, wanted: float, reach: float, low: float, high: float) -> JointWay:
+        """The way to a command, for a joint with a reach and a range."""
+
+        def slowly(angle: float) -> float:
+            way = min(max(wanted - angle, -reach), reach)
+            return min(max(angle + way, low), high)
+
+        # At a limit the sum may be rounded out of the range; not at 0, where it is exact.
+        if low + ROUNDING < wanted < high - ROUNDING or wanted == 0:
+            return cls(wanted, -reach, reach, low, high, slowly)
+        return cls(wanted, math.inf, -math.inf, math.inf, -math.inf, slowly)
+
+
+def spread(targets: list[float]) -> list[float]:
+    """The targets of the eleven driven joints, from those of the nine observed ones.
+
+    The tips close by at most twice the angle of the bases, and never open beyond straight.
+    """
+    base = targets[7]
+    tip = max(min(targets[8], 0.0), -2 * base)
+    return [*targets[:8], base, tip, tip]

@@ -1,0 +1,41 @@
+"""Fixtures that all tests share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from real_bench.errors import SceneError
+from real_bench.simulation import Scene, load_scene
+from real_bench.simulation.install import install_scene
+from real_bench.simulation.scene import manifest_path, read_manifest
+
+SHARED = Path(__file__).parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def official_scene() -> Scene:
+    """The official scene, installed where it is not; skipped where it cannot be had."""
+    try:
+        return load_scene("official")
+    except SceneError:
+        pass
+    try:
+        install_scene(read_manifest(manifest_path("official")))
+    except SceneError as error:
+        pytest.skip(f"scene official is not installed and cannot be downloaded: {error}")
+    return load_scene("official")
+
+
+@pytest.fixture(scope="session")
+def builtin_scene() -> Scene:
+    return load_scene("builtin")
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of recordings and goals that may lie beside the repository."""
+    if not SHARED.is_dir():
+        pytest.skip(f"{SHARED} is not here")
+    return SHARED

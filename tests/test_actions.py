@@ -1,0 +1,173 @@
+"""Actions and the three ways of control."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from real_bench.actions import (
+    ACTION_STEPS,
+    VIA_POINT_STEPS,
+    Action,
+    CartesianControl,
+    JointControl,
+    MacroControl,
+    action_segments,
+    check_action,
+    plan_macro,
+)
+from real_bench.errors import ActionError
+from real_bench.simulation import HOME, Scene, Simulation
+
+angles = st.floats(-3, 3)
+via_points = st.integers(1, 10).flatmap(lambda n: arrays(np.float64, (n, 9), elements=angles))
+
+
+def joint_path(action: Action) -> np.ndarray:
+    """The joint command of every step; joint control needs no simulation."""
+    segments = action_segments(action, JointControl(), None)  # type: ignore[arg-type]
+    return np.array([command for command, n_steps in segments for _ in range(n_steps)])
+
+
+@given(via_points)
+def test_via_points_last_a_thousand_steps_and_end_at_home(points: np.ndarray) -> None:
+    action = Action.via_points(points)
+    path = joint_path(action)
+    assert action.duration == len(path) == ACTION_STEPS
+    assert (path[VIA_POINT_STEPS:] == 0).all()
+
+
+@given(via_points)
+def test_every_via_point_is_reached_at_its_evenly_spaced_step(points: np.ndarray) -> None:
+    path = joint_path(Action.via_points(points))
+    for k, point in enumerate(points, start=1):
+        assert np.array_equal(path[VIA_POINT_STEPS * k // len(points) - 1], point)
+
+
+@given(via_points)
+def test_between_via_points_the_path_is_straight(points: np.ndarray) -> None:
+    path = np.vstack([HOME, joint_path(Action.via_points(points))[:VIA_POINT_STEPS]])
+    bends = np.abs(np.diff(path, 2, axis=0)).max(axis=1) > 1e-9
+    assert bends.sum() <= len(points) - 1
+
+
+@given(via_points, st.integers(1, ACTION_STEPS))
+def test_the_first_steps_of_an_action_are_the_same_steps(points: np.ndarray, n_steps: int) -> None:
+    action = Action.via_points(points)
+    path = joint_path(action.first(n_steps))
+    assert len(path) == n_steps
+    assert np.allclose(path, joint_path(action)[:n_steps], atol=1e-12)
+
+
+@given(st.integers(1, 10))
+def test_poses_share_a_thousand_steps(n_poses: int) -> None:
+    action = Action.poses(np.ones((n_poses, 9)))
+    assert action.duration == ACTION_STEPS
+    assert np.ptp(action.n_steps) <= 1
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Action.via_points(np.zeros((0, 9))),
+        lambda: Action.via_points(np.zeros(9)),
+        lambda: Action.macro([1, 2, 3]),
+        lambda: Action.macro("push"),
+        lambda: Action.hold([0.0] * 9, 0),
+        lambda: Action(np.zeros((2, 9)), np.array([1]), np.array([False])),
+    ],
+)
+def test_an_action_that_is_none_is_refused(make: Any) -> None:
+    with pytest.raises(ActionError):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("control", "action", "message"),
+    [
+        (JointControl(), {}, "'joint_command'"),
+        (JointControl(), None, "not NoneType"),
+        (JointControl(), [0.0] * 9, "not list"),
+        (JointControl(), {"macro_action": [0] * 4}, "it has: macro_action"),
+        (JointControl(), {"joint_command": [0] * 8}, r"9 numbers, not of shape \(8,\)"),
+        (JointControl(), {"joint_command": [np.nan] * 9}, "finite"),
+        (JointControl(), {"joint_command": [np.inf] * 9}, "finite"),
+        (JointControl(), {"joint_command": ["a"] * 9}, "9 numbers"),
+        (JointControl(), {"joint_command": [0] * 9, "extra": 1}, "extra"),
+        (MacroControl(), {"macro_action": np.zeros((3, 2))}, "4 numbers"),
+        (CartesianControl(), {"cartesian_command": [0] * 7}, "'gripper_command'"),
+        (
+            CartesianControl(),
+            {"cartesian_command": [0.1] * 7, "gripper_command": None},
+            "gripper_command is None",
+        ),
+        (
+            CartesianControl(),
+            {"cartesian_command": [0] * 7, "gripper_command": [0, 0]},
+            "all zeros",
+        ),
+    ],
+)
+def test_a_bad_action_dict_says_what_is_wrong(control: Any, action: Any, message: str) -> None:
+    with pytest.raises(ActionError, match=message):
+        control.command(action)
+
+
+@pytest.mark.parametrize(
+    ("control", "action"),
+    [
+        (JointControl(), {"joint_command": None}),
+        (MacroControl(), {"macro_action": None, "render": [1]}),
+        (CartesianControl(), {"cartesian_command": None, "gripper_command": None}),
+    ],
+)
+def test_none_is_the_absence_of_a_command(control: Any, action: Any) -> None:
+    command = control.command(action)
+    assert command.shape == (control.size,)
+    assert np.isnan(command).all()
+    assert list(control.segments(command, 7, None)) == [(HOME, 7)]
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (None, "not NoneType"),
+        (Action.hold([0.0] * 4, 10), r"shape \(k, 9\)"),
+        (Action.hold([0.0] * 8 + [np.nan], 10), "finite"),
+        (Action.hold([np.inf] * 9, 10), "finite"),
+    ],
+)
+def test_a_bad_whole_action_says_what_is_wrong(action: Any, message: str) -> None:
+    with pytest.raises(ActionError, match=message):
+        check_action(action, JointControl())
+
+
+def test_only_joints_can_move_on_a_line() -> None:
+    with pytest.raises(ActionError, match="straight line"):
+        check_action(Action.via_points(np.zeros((2, 9))), CartesianControl())
+
+
+def test_a_macro_is_planned_when_it_starts_and_when_it_has_run_out(builtin_scene: Scene) -> None:
+    command = np.array([-0.1, 0.2, -0.1, -0.2])
+    with Simulation(builtin_scene) as whole, Simulation(builtin_scene) as steps:
+        control = MacroControl()
+        whole.follow(control.segments(command, 2500, whole))
+        control = MacroControl()
+        for _ in range(2500):
+            steps.follow(control.segments(command, 1, steps))
+        assert np.array_equal(whole.object_poses(), steps.object_poses())
+        assert np.array_equal(whole.joint_positions(), steps.joint_positions())
+
+
+def test_a_macro_lasts_a_thousand_steps_and_comes_home(builtin_scene: Scene) -> None:
+    with Simulation(builtin_scene) as simulation:
+        for points in ((-0.1, 0.2, -0.1, -0.2), (0.0, 0.1, 0.0, 0.1), (-0.25, -0.5, 0.05, 0.5)):
+            plan = plan_macro(points, simulation)
+            assert sum(n_steps for _, n_steps in plan) == ACTION_STEPS
+            assert all(n_steps > 0 for _, n_steps in plan)
+            assert plan[-1][0] == HOME

@@ -1,0 +1,146 @@
+"""The Gymnasium face of the benchmark."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import real_bench
+from real_bench.conditions import CONDITION_NAMES, ConditionError
+from real_bench.errors import ActionError, SceneError
+from real_bench.goal_sets import GoalSet, generate_goal_set
+from real_bench.simulation import Scene
+
+TOLD_WITH_O = {"mask", "goal_mask", "object_positions", "object_orientations", "goal_positions"}
+ALWAYS_TOLD = {"joint_positions", "touch_sensors", "retina", "depth", "goal"}
+
+
+@pytest.fixture(scope="module")
+def goals(builtin_scene: Scene) -> GoalSet:
+    return generate_goal_set(builtin_scene, 2, 5, counts={"2D": 2, "2.5D": 0, "3D": 0})
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("objects", [1, 3])
+@pytest.mark.parametrize("condition", CONDITION_NAMES)
+def test_gymnasium_finds_nothing_to_complain_about(condition: str, objects: int) -> None:
+    env = gymnasium.make(
+        f"RealBench/REAL-{condition}-v0", objects=objects, scene="builtin", render_mode="rgb_array"
+    )
+    check_env(env.unwrapped, skip_render_check=True)  # which would open pybullet's window
+    env.close()
+
+
+@pytest.mark.parametrize("condition", CONDITION_NAMES)
+def test_every_observation_is_in_its_space(condition: str) -> None:
+    env = real_bench.make_env(scene="builtin", condition=condition, objects=2)
+    observation, _ = env.reset(seed=1)
+    assert observation in env.observation_space
+    env.action_space.seed(1)
+    for _ in range(30):
+        observation, reward, terminated, truncated, _ = env.step(env.action_space.sample())
+        assert observation in env.observation_space
+        assert (reward, terminated, truncated) == (0.0, False, False)
+    env.close()
+
+
+@pytest.mark.parametrize("condition", CONDITION_NAMES)
+def test_only_conditions_with_o_see_objects(condition: str) -> None:
+    env = real_bench.make_env(scene="builtin", condition=condition)
+    observation, _ = env.reset()
+    told = ALWAYS_TOLD | TOLD_WITH_O if condition[0] == "O" else ALWAYS_TOLD
+    assert set(observation) == set(env.observation_space.spaces) == told
+    env.close()
+
+
+def test_images_are_zeros_unless_asked_for() -> None:
+    env = real_bench.make_env(scene="builtin", condition="OJ")
+    first, _ = env.reset()
+    assert first["retina"].any()
+    unasked = env.step({"joint_command": None})[0]
+    assert not unasked["retina"].any()
+    assert not unasked["mask"].any()
+    asked = env.step({"joint_command": None, "render": np.array([1])})[0]
+    assert asked["retina"].any()
+    assert asked["depth"].any()
+    env.close()
+
+
+def test_observations_share_no_memory() -> None:
+    env = real_bench.make_env(scene="builtin", condition="OJ")
+    first, _ = env.reset()
+    second = env.step({"joint_command": [0.5] * 9, "render": 1})[0]
+    for key in ("joint_positions", "retina", "goal", "depth", "mask"):
+        assert not np.shares_memory(first[key], second[key])
+    env.close()
+
+
+def test_an_episode_is_the_same_whenever_it_is_repeated() -> None:
+    def play(env: Any) -> list[np.ndarray]:
+        env.reset(seed=3)
+        env.action_space.seed(3)
+        return [env.step(env.action_space.sample())[0]["joint_positions"] for _ in range(50)]
+
+    env = real_bench.make_env(scene="builtin", condition="IJ")
+    first = play(env)
+    assert all(np.array_equal(a, b) for a, b in zip(first, play(env), strict=True))
+    env.close()
+
+
+def test_free_play_has_no_goal() -> None:
+    env = real_bench.make_env(scene="builtin", condition="OM")
+    observation, _ = env.reset()
+    assert not observation["goal"].any()
+    assert not observation["goal_positions"]["cube"].any()
+    env.close()
+
+
+def test_a_trial_shows_its_goal_at_once_ends_in_time_and_is_scored(goals: GoalSet) -> None:
+    env = real_bench.make_env(scene="builtin", condition="OM", objects=2, goals=goals, max_steps=20)
+    for goal in goals.goals:
+        observation, _ = env.reset()
+        assert np.array_equal(observation["goal"], goal.retina)
+        assert np.array_equal(observation["retina"], goal.retina_before)
+        assert np.array_equal(
+            np.array(list(observation["object_positions"].values())), goal.initial_poses[:, :3]
+        )
+        for step in range(1, 21):
+            _, _, terminated, truncated, info = env.step({"macro_action": None})
+            assert not terminated
+            assert truncated == (step == 20)
+        assert 0 < info["score"] < 0.2
+    again, _ = env.reset(options={"goal": 1})
+    assert np.array_equal(again["goal"], goals.goals[1].retina)
+    env.close()
+
+
+def test_the_camera_can_be_rendered() -> None:
+    env = real_bench.make_env(scene="builtin", condition="IM", render_mode="rgb_array")
+    env.reset()
+    picture = env.render()
+    assert picture is not None
+    assert picture.shape == (240, 320, 3)
+    assert picture.dtype == np.uint8
+    env.close()
+
+
+def test_without_a_display_the_window_is_a_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(SceneError, match="no display"):
+        real_bench.make_env(scene="builtin", render_mode="human")
+
+
+def test_wrong_arguments_are_named() -> None:
+    with pytest.raises(ConditionError, match="'XM': use one of OM"):
+        real_bench.make_env(scene="builtin", condition="XM")
+    with pytest.raises(SceneError, match="not 4"):
+        real_bench.make_env(scene="builtin", objects=4)
+    env = real_bench.make_env(scene="builtin", condition="OM")
+    env.reset()
+    with pytest.raises(ActionError, match="macro_action"):
+        env.step({"joint_command": [0] * 9})
+    env.close()
