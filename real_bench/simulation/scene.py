@@ -134,7 +134,6 @@ class GoalRegion(_Record):
     table_low: Vector2
     table_high: Vector2
     table_drop_height: float
-    shelf_x_low: float
     shelf_x_high: float
     shelf_drop_height: float
     shelf_drop_from_x: float

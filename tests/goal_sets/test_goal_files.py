@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from goal_examples import goal_sets, make_goal_set
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -13,6 +12,7 @@ from real_bench.errors import GoalSetError
 from real_bench.files import OutputError
 from real_bench.goal_sets import load_goal_set, save_goal_set
 from real_bench.goal_sets.png import decode_png, encode_png
+from tests.goal_sets.goal_examples import goal_sets, make_goal_set
 
 
 @pytest.fixture

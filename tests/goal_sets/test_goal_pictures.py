@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from goal_examples import make_goal_set, with_goal
 from PIL import Image
 
 from real_bench.goal_sets import contact_sheet, trial_strip
 from real_bench.goal_sets.picture import CAPTION_HEIGHT, MARGIN
+from tests.goal_sets.goal_examples import make_goal_set, with_goal
 
 
 @pytest.mark.parametrize("n_goals", [1, 4, 5, 13])

@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from goal_examples import goal_sets, make_goal, make_goal_set, with_goal
 from hypothesis import given
 
 from real_bench.errors import GoalSetError
 from real_bench.goal_sets import GoalSet
 from real_bench.goal_sets.goal import MAX_PIXELS, check_size
+from tests.goal_sets.goal_examples import goal_sets, make_goal, make_goal_set, with_goal
 
 
 @pytest.fixture

@@ -1,11 +1,11 @@
 import pytest
 from click.testing import CliRunner
-from goal_examples import make_goal_set, write_official
 from PIL import Image
 
 from real_bench.cli.goals import goals
 from real_bench.errors import GoalSetError, RealBenchError
 from real_bench.goal_sets import load_goal_set, save_goal_set
+from tests.goal_sets.goal_examples import make_goal_set, write_official
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from goal_examples import make_goal_set, official_goal_class, write_official
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -18,6 +17,7 @@ from real_bench.errors import GoalSetError
 from real_bench.goal_sets import import_official, official
 from real_bench.goal_sets.inert_pickle import MAX_INSTRUCTIONS
 from real_bench.simulation import Simulation
+from tests.goal_sets.goal_examples import make_goal_set, official_goal_class, write_official
 
 SHARED_GOALS = Path(__file__).parents[3] / "shared" / "goals"
 

@@ -1,0 +1,33 @@
+"""Run the real command in a real process."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from real_bench.goal_sets import GoalSet, generate_goal_set
+from real_bench.simulation import Scene
+
+COMMAND = Path(sys.executable).with_name("realbench")
+
+
+def realbench(
+    folder: Path, *arguments: str | Path, code: int = 0
+) -> subprocess.CompletedProcess[str]:
+    """Run realbench in a folder; fails the test unless it exits with ``code``."""
+    done = subprocess.run(
+        [str(COMMAND), *map(str, arguments)],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == code, done.stdout + done.stderr
+    return done
+
+
+def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5) -> GoalSet:
+    """Two 2D goals."""
+    return generate_goal_set(scene, n_objects, seed, counts={"2D": 2})

@@ -1,0 +1,155 @@
+"""Whatever is wrong is told in one clear line, with a non-zero exit, and nothing is lost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import pytest
+
+from real_bench.goal_sets import save_goal_set
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench, tiny_goals
+
+PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM")
+TEST = ("extrinsic", "--scene", "builtin", "--condition", "OM", "--controller", "real_r")
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Path:
+    folder = tmp_path_factory.mktemp("place")
+    save_goal_set(tiny_goals(builtin_scene), folder / "goals.npy")
+    save_goal_set(tiny_goals(builtin_scene, n_objects=2), folder / "two.npy")
+    realbench(folder, *PLAY, "--controller", "real_r", "--steps", "1000")
+    recording = (folder / "run.h5").read_bytes()
+    (folder / "cut.h5").write_bytes(recording[: len(recording) // 2])
+    (folder / "text.h5").write_text("not a recording")
+    (folder / "newer.h5").write_bytes(recording)
+    with h5py.File(folder / "newer.h5", "r+") as file:
+        file.attrs["schema_version"] = 99
+    (folder / "broken.py").write_text("class A:\n    def step(self, o, r, d)\n        pass\n")
+    (folder / "raising.py").write_text("import os\nraise ValueError('no such luck')\n")
+    (folder / "empty.py").write_text("x = 1\n")
+    (folder / "two.py").write_text("class A:\n    def step(self): 0\nclass B(A): pass\n")
+    (folder / "quit.py").write_text("import sys\nsys.exit(0)\n")
+    return folder
+
+
+def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
+    """The one line that a command says; the folder must be as it was."""
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    done = realbench(folder, *arguments, code=code)
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+    lines = [line for line in done.stderr.splitlines() if line.strip()]
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert len(lines) == 1, done.stderr
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--controller", "real_x"), "unknown controller 'real_x': use one of real_r"),
+        (("--controller", "none.py"), "none.py does not exist"),
+        (("--controller", "broken.py"), "broken.py, line 2: expected ':'"),
+        (("--controller", "raising.py"), "raising.py, line 2: ValueError: no such luck"),
+        (("--controller", "quit.py"), "quit.py, line 2: SystemExit"),
+        (("--controller", "empty.py"), "found none"),
+        (("--controller", "two.py"), "found A, B; name it as two.py:Class"),
+        (("--controller", "two.py:C"), "there is no class C"),
+        (("--controller", "no.such.module:C"), "No module named 'no'"),
+        (("--controller", "math:pi"), "is not a class"),
+        (("--controller", "real_r", "--condition", "XY"), "unknown condition 'XY': use one of OM"),
+        (("--controller", "real_r", "--scene", "moon"), "unknown scene 'moon': use builtin or"),
+        (("--controller", "real_r", "--objects", "4"), "1 to 3 objects, not 4"),
+        (("--controller", "real_r", "--objects", "0"), "1 to 3 objects, not 0"),
+        (("--controller", "real_r", "--steps", "0"), "--steps must be at least 1, not 0"),
+        (("--controller", "real_r", "--steps", "-5"), "--steps must be at least 1, not -5"),
+        (("--controller", "real_r", "--seed", "-1"), "--seed must not be negative"),
+        (("--controller", "real_r", "--condition", "IM", "--no-images"), "record them"),
+        (("--controller", "real_r", "--out", "no/such/run.h5"), "cannot write into no/such"),
+        (("--controller", "real_r", "--out", "/proc/run.h5"), "cannot write into /proc"),
+        (("--controller", "real_r", "--out", "."), "is a folder"),
+        (("--resume", "--out", "cut.h5"), "cut.h5 cannot be read"),
+        (("--resume", "--out", "text.h5"), "text.h5 cannot be read"),
+        (("--resume", "--out", "newer.h5"), "schema version 99"),
+        (("--resume", "--seed", "3"), "cannot be resumed"),
+        (("--resume", "--steps", "10"), "already holds 1,000 steps, 10 asked"),
+    ],
+)
+def test_intrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
+    out = () if {"--out", "--resume"} & set(arguments) else ("--out", "new.h5")
+    assert message in refusal(place, *PLAY, *arguments, *out)
+
+
+def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
+    refused = refusal(place, *PLAY, "--controller", "real_r")
+    assert "run.h5 exists: use --resume or --overwrite" in refused
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--goals", "two.npy"), "the goals are for 2 objects (cube, tomato), the run has 1"),
+        (("--goals", "none.npy"), "none.npy"),
+        (("--goals", "run.h5"), "run.h5"),
+        (("--run", "none.h5"), "none.h5 does not exist"),
+        (("--run", "text.h5"), "text.h5 cannot be read"),
+        (("--run", "run.h5", "--objects", "2"), "run.h5 does not fit this test"),
+        (("--goals", "goals.npy", "--trials", "0"), "--trials must be 1 to 2, not 0"),
+        (("--goals", "goals.npy", "--trials", "3"), "--trials must be 1 to 2, not 3"),
+        (("--goals", "goals.npy", "--jobs", "0"), "--jobs must be at least 1, not 0"),
+        (("--goals", "goals.npy", "--out", "/proc/score.json"), "cannot write into /proc"),
+        (("--goals", "goals.npy", "--out", "two.npy"), "two.npy exists: use --resume or"),
+        (("--goals", "goals.npy", "--out", "two.npy", "--resume"), "two.npy cannot be read"),
+        (("--goals", "goals.npy", "--controller", "raising.py"), "no such luck"),
+    ],
+)
+def test_extrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
+    assert message in refusal(place, *TEST, *arguments)
+
+
+def test_goals_of_another_scene(place: Path, official_scene: Scene) -> None:
+    shipped = refusal(place, *TEST)
+    assert "the goals were made in scene official" in shipped
+
+
+@pytest.mark.parametrize("file", ["cut.h5", "text.h5", "none.h5", "none.json", "none.npy"])
+def test_inspect(place: Path, file: str) -> None:
+    assert file in refusal(place, "inspect", file)
+
+
+def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
+    done = realbench(tmp_path, "intrinsic", code=2)
+    assert "--controller is missing (try --controller real_r)" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "message"),
+    [
+        ("nothing", "return None", "not NoneType"),
+        ("nan", "return {'macro_action': [float('nan')] * 4}", "finite numbers"),
+        ("shape", "return {'macro_action': [0, 0]}", "4 numbers, not of shape (2,)"),
+        ("key", "return {'joint_command': [0] * 9}", "it has: joint_command"),
+        ("raises", "raise RuntimeError('tired')", "raises.py, line 6: RuntimeError: tired"),
+        ("quits", "raise SystemExit(0)", "SystemExit"),
+    ],
+)
+def test_a_controller_that_fails_keeps_what_was_recorded(
+    tmp_path: Path, name: str, body: str, message: str
+) -> None:
+    text = (
+        "class C:\n    def __init__(self, a, o): self.n = 0\n    def step(self, o, r, d):\n"
+        "        self.n += 1\n        if self.n > 1500:\n"
+        f"            {body}\n        return {{'macro_action': None}}\n"
+    )
+    (tmp_path / f"{name}.py").write_text(text)
+    arguments = (*PLAY, "--controller", f"{name}.py", "--steps", "5000")
+    done = realbench(tmp_path, *arguments, code=1)
+    assert len(done.stderr.splitlines()) == 1
+    assert f"controller {name}.py" in done.stderr
+    assert message in done.stderr
+    inspected = realbench(tmp_path, "inspect", "run.h5", "--json").stdout
+    assert '"steps": 1000' in inspected
+    assert not list(tmp_path.glob(".*"))

@@ -1,0 +1,143 @@
+"""Every command, run for real on something short."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from real_bench.cli import COMMANDS
+from real_bench.goal_sets import save_goal_set
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench, tiny_goals
+
+CLASS_API = '''
+from real_robots.policy import BasePolicy
+import numpy as np
+
+class Pusher(BasePolicy):
+    """Keeps in itself what it saw in free play, as the official evaluation let it."""
+    def __init__(self, action_space, observation_space):
+        self.action_space = action_space
+        self.n_seen = 0
+    def start_extrinsic_phase(self):
+        assert self.n_seen == 2000, self.n_seen
+    def step(self, observation, reward, done):
+        self.n_seen += 1
+        return {"macro_action": np.array([[-0.1, 0.2], [-0.1, -0.2]]), "render": False}
+'''
+
+
+@pytest.fixture(scope="module")
+def workplace(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Path:
+    """A folder with goals, a short run and its result."""
+    folder = tmp_path_factory.mktemp("workplace")
+    save_goal_set(tiny_goals(builtin_scene), folder / "goals.npy")
+    play = ["intrinsic", "--controller", "real_r", "--scene", "builtin", "--condition", "OM"]
+    realbench(folder, *play, "--steps", "3000")
+    realbench(folder, "extrinsic", "--goals", "goals.npy")
+    return folder
+
+
+def test_help_has_an_example_for_every_command() -> None:
+    for command in COMMANDS:
+        assert "Example:" in realbench(Path(), command, "--help").stdout or command == "scene"
+    for subcommand in ("install", "list"):
+        assert "Example:" in realbench(Path(), "scene", subcommand, "--help").stdout
+    for subcommand in ("generate", "show", "import"):
+        assert "Example:" in realbench(Path(), "goals", subcommand, "--help").stdout
+
+
+def test_help_lists_every_command() -> None:
+    text = realbench(Path(), "--help").stdout
+    assert all(command in text for command in COMMANDS)
+
+
+def test_the_command_line_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, real_bench.cli as c\n"
+        "try: c.main(['--help'])\nexcept SystemExit: pass\n"
+        "print(sorted({'pybullet', 'h5py', 'scipy', 'av', 'torch', 'PIL', 'pydantic'}"
+        " & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+
+
+def test_the_shortest_forms_make_a_score_table(workplace: Path) -> None:
+    table = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite").stdout
+    for word in ("real_r", "REAL_OM", "builtin", "2D", "total", "95% interval"):
+        assert word in table
+
+
+@pytest.mark.parametrize(
+    ("file", "facts"),
+    [
+        ("run.h5", {"triplets": 3, "steps": 3000, "scene": "builtin", "images": 0}),
+        ("goals.npy", {"goals": 2, "scene": "builtin"}),
+        ("score.json", {"trials": "2 of 2", "scene": "builtin"}),
+    ],
+)
+def test_inspect_says_what_is_in_a_file(workplace: Path, file: str, facts: dict[str, int]) -> None:
+    told = json.loads(realbench(workplace, "inspect", file, "--json").stdout)
+    assert {key: told[key] for key in facts} == facts
+    assert "scene" in realbench(workplace, "inspect", file).stdout
+
+
+def test_json_is_all_that_is_printed(workplace: Path) -> None:
+    printed = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite", "--json")
+    assert json.loads(printed.stdout) == json.loads((workplace / "score.json").read_text())
+
+
+def test_pictures_and_films_of_trials(workplace: Path) -> None:
+    arguments = ["--goals", "goals.npy", "--out", "filmed.json", "--trials", "1"]
+    realbench(workplace, "extrinsic", *arguments, "--pictures", "pictures", "--video", "films")
+    with Image.open(workplace / "pictures" / "trial-00.png") as picture:
+        assert picture.width > 3 * 320
+    assert (workplace / "films" / "trial-00.mp4").stat().st_size > 10_000
+
+
+def test_the_exit_code_judges_the_score(workplace: Path) -> None:
+    arguments = ["extrinsic", "--goals", "goals.npy", "--overwrite"]
+    realbench(workplace, *arguments, "--min-score", "0", code=0)
+    low = realbench(workplace, *arguments, "--min-score", "0.99", code=3)
+    assert "below 0.99" in low.stderr
+
+
+def test_both_phases_in_one_process(workplace: Path) -> None:
+    (workplace / "pusher.py").write_text(CLASS_API)
+    arguments = ["evaluate", "--controller", "pusher.py", "--condition", "OM"]
+    arguments += ["--scene", "builtin", "--steps", "2000", "--goals", "goals.npy", "--trials", "1"]
+    done = realbench(workplace, *arguments, "--run", "both.h5", "--out", "both.json")
+    assert "total" in done.stdout
+
+
+def test_doctor_measures_this_machine(workplace: Path) -> None:
+    facts = json.loads(realbench(workplace, "doctor", "--scene", "builtin", "--json").stdout)
+    assert facts["steps_per_second_at_rest"] > 0
+    assert facts["scene"] == "builtin"
+
+
+def test_scenes_are_listed() -> None:
+    assert "builtin: ready" in realbench(Path(), "scene", "list").stdout
+
+
+def test_a_default_recording_that_does_not_fit_is_not_used(
+    workplace: Path, builtin_scene: Scene
+) -> None:
+    save_goal_set(tiny_goals(builtin_scene, n_objects=2), workplace / "two.npy")
+    arguments = ["--controller", "real_r", "--condition", "OM", "--objects", "2"]
+    arguments += ["--scene", "builtin", "--goals", "two.npy", "--out", "two.json", "--trials", "1"]
+    done = realbench(workplace, "extrinsic", *arguments)
+    assert "run.h5 is not used: it is of 1 object(s), not 2" in done.stderr
+    assert json.loads((workplace / "two.json").read_text())["setting"]["run_steps"] == 0
+
+
+def test_the_goal_file_loads_without_pickle(workplace: Path) -> None:
+    rows = np.load(workplace / "goals.npy", allow_pickle=False)
+    assert rows["final_poses"].shape == (2, 1, 7)
