@@ -21,6 +21,7 @@ class Stopwatch(BasePolicy):
         self._step = 0
 
     def step(self, observation, reward, done):
+        """The same macro for 1000 steps, then another."""
         if self._step % STEPS_A_MACRO == 0:
             x = self._random.uniform(-0.25, 0.05, 2)
             y = self._random.uniform(-0.5, 0.5, 2)

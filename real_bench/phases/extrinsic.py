@@ -15,7 +15,7 @@ from pathlib import Path
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.finding import find_controller, source_file
-from real_bench.phases.player import Guest
+from real_bench.phases.player import Guest, learns_across_trials
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.recording import Recording, package_versions
@@ -112,12 +112,13 @@ class ExtrinsicPhase:
         left = [number for number in range(self.n_trials) if number not in done]
         if not left:
             return
-        if self.jobs > 1 and guest is None and not self._must_be_in_order():
+        in_order = learns_across_trials(find_controller(self.plan.controller))
+        if self.jobs > 1 and guest is None and not in_order:
             yield from self._in_processes(left, stop)
             return
         maker = TrialMaker(self.plan, guest)
         try:
-            if maker.learns_across_trials and done:
+            if maker.in_order and done:
                 raise ResultError(
                     f"{self.out} cannot be resumed: the controller learns from trial to trial, "
                     "and what it had learned is lost; use --overwrite"
@@ -128,10 +129,6 @@ class ExtrinsicPhase:
                 yield maker.make(number)
         finally:
             maker.close()
-
-    def _must_be_in_order(self) -> bool:
-        kind = find_controller(self.plan.controller)
-        return bool(getattr(kind, "learns_across_trials", False))
 
     def _in_processes(
         self, left: list[int], stop: StopRequest

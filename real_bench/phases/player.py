@@ -41,11 +41,9 @@ class Guest:
         file = source_file(kind)
         self._file = str(file) if file else None
         self._controller = self._guarded(kind, task.action_space, task.observation_space)
-
-    @property
-    def learns_across_trials(self) -> bool:
-        """Whether it goes on learning from trial to trial."""
-        return bool(getattr(self._controller, "learns_across_trials", False))
+        self.learns_across_trials = learns_across_trials(kind)
+        if learns_across_trials(self._controller) != self.learns_across_trials:
+            raise self.fault("learns_across_trials must be set on the class, not on the instance")
 
     def call(self, method: str, *arguments: Any) -> Any:
         """Call a method, or do nothing where there is none; raises ControllerError."""
@@ -109,6 +107,11 @@ class Guest:
         except (Exception, SystemExit) as error:
             name = getattr(function, "__name__", "it")
             raise self.fault(f"{name}() failed at {blame(error, self._file)}") from error
+
+
+def learns_across_trials(controller: object) -> bool:
+    """Whether a controller, or its class, goes on learning from trial to trial."""
+    return bool(getattr(controller, "learns_across_trials", False))
 
 
 class ActionPlayer:

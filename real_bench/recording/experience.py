@@ -35,6 +35,9 @@ class Experience:
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
 
+    def __deepcopy__(self, memo: object) -> Experience:
+        return self  # it never changes, so copies of a controller may share it
+
     def __len__(self) -> int:
         return len(self._preconditions)
 

@@ -42,7 +42,7 @@ class Simulation:
         self.object_names = scene.object_names(n_objects)
         if gui and sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
             # pybullet would end the whole process
-            raise SceneError("cannot open pybullet's window: there is no display (DISPLAY is unset)")
+            raise SceneError("cannot open pybullet's window: no display (DISPLAY is unset)")
         mode = pybullet.GUI if gui else pybullet.DIRECT
         self._client: int | None = pybullet.connect(mode)
         if self._client < 0:
