@@ -14,6 +14,7 @@ from typing import Any
 
 from real_bench.controller import BasePolicy, Controller
 from real_bench.errors import ControllerError
+from real_bench.files import file_sha256
 
 GROUP = "real_bench.controllers"
 
@@ -42,6 +43,12 @@ def source_file(controller: type[Any]) -> Path | None:
         return Path(inspect.getfile(controller))
     except (TypeError, OSError):
         return None
+
+
+def source_sha256(controller: type[Any]) -> str:
+    """The hash of the file that defines a controller's class; empty where there is none."""
+    file = source_file(controller)
+    return file_sha256(file) if file else ""
 
 
 def is_action_level(controller: type[Any]) -> bool:

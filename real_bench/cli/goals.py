@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from real_bench.cli import options
+
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.simulation import Scene
@@ -16,9 +18,6 @@ LARGEST_SEED = 2**63 - 1
 existing_file = click.Path(exists=True, dir_okay=False, path_type=Path)
 output_file = click.Path(path_type=Path)
 
-overwrite_option = click.option(
-    "--overwrite", is_flag=True, help="Replace the output where it exists."
-)
 scene_option = click.option(
     "--scene", default="official", show_default=True, help="A scene's name, or its manifest."
 )
@@ -60,7 +59,7 @@ def goals() -> None:
 @click.option("--2d", "n_2d", **how_many(25), help="Goals on the table.")
 @click.option("--25d", "n_25d", **how_many(15), help="Goals on table and shelf.")
 @click.option("--3d", "n_3d", **how_many(10), help="The same, in any orientation.")
-@overwrite_option
+@options.overwrite_option
 def generate(
     objects: int,
     seed: int,
@@ -93,7 +92,7 @@ def generate(
 @goals.command()
 @click.argument("file", type=existing_file)
 @click.option("--out", type=output_file, help="The picture.  [default: FILE with suffix .png]")
-@overwrite_option
+@options.overwrite_option
 def show(file: Path, out: Path | None, overwrite: bool) -> None:
     r"""Draw a picture of all goals: start and goal side by side.
 
@@ -121,7 +120,7 @@ def show(file: Path, out: Path | None, overwrite: bool) -> None:
 @click.argument("official", type=existing_file)
 @click.option("--out", type=output_file, required=True, help="The goal set to write.")
 @scene_option
-@overwrite_option
+@options.overwrite_option
 def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> None:
     r"""Turn a goal file of the official package (.npz) into a goal set.
 
@@ -144,18 +143,13 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
 def _generate_with_progress(
     scene: Scene, n_objects: int, seed: int, counts: dict[str, int]
 ) -> GoalSet:
-    from rich.console import Console
-    from rich.progress import Progress
-
+    from real_bench.cli.progress import ProgressDisplay
     from real_bench.goal_sets import generate_goal_set
 
-    with Progress(console=Console(stderr=True)) as bar:
-        task = bar.add_task("drawing goals", total=sum(counts.values()))
-
-        def show_progress(n_done: int, n_goals: int) -> None:
-            bar.update(task, completed=n_done, total=n_goals)
-
-        return generate_goal_set(scene, n_objects, seed, counts, show_progress)
+    with ProgressDisplay("drawing goals", "goals", sum(counts.values())) as display:
+        return generate_goal_set(
+            scene, n_objects, seed, counts, lambda n_done, _: display.update(n_done)
+        )
 
 
 def _report(goal_set: GoalSet, written: Path) -> None:

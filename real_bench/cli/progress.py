@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from types import TracebackType
 
 from rich.console import Console
 from rich.progress import (
@@ -56,13 +55,12 @@ class ProgressDisplay:
         now = time.monotonic()
         if not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = now
-            left = (now - self._began) * (self._total - done) / max(done - self._first, 1)
-            self._console.print(
-                f"{self._title}: {done:,} of {self._total:,} {self._unit}, {note}, "
-                f"about {left:,.0f} s left",
-                soft_wrap=True,
-                highlight=False,
-            )
+            self._console.print(self._line(done, note), soft_wrap=True, highlight=False)
+
+    def _line(self, done: int, note: str) -> str:
+        left = (self._total - done) / max(self.rate(done), 1e-9)
+        told = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", note]
+        return ", ".join([*filter(None, told), f"about {left:,.0f} s left"])
 
     def rate(self, done: int) -> float:
         """How much is done a second, in this process."""
@@ -72,10 +70,5 @@ class ProgressDisplay:
         self._bar.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._bar.stop()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
-from real_bench.finding import find_controller, source_file
+from real_bench.finding import find_controller, source_sha256
 from real_bench.phases.player import Guest, learns_across_trials
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
@@ -153,7 +153,6 @@ class ExtrinsicPhase:
 
     def _setting(self) -> Setting:
         plan = self.plan
-        file = source_file(find_controller(plan.controller))
         run_sha256, run_steps = _identity(plan.run)
         return Setting(
             condition=plan.condition.name,
@@ -162,7 +161,7 @@ class ExtrinsicPhase:
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
             controller=plan.controller,
-            controller_sha256=file_sha256(file) if file else "",
+            controller_sha256=source_sha256(find_controller(plan.controller)),
             run_sha256=run_sha256,
             run_steps=run_steps,
             goals_sha256=plan.goal_set.sha256,

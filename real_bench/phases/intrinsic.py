@@ -18,8 +18,8 @@ from real_bench.errors import (
     RealBenchError,
     RecordingError,
 )
-from real_bench.files import check_output, file_sha256
-from real_bench.finding import find_controller, source_file
+from real_bench.files import check_output
+from real_bench.finding import find_controller, source_sha256
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
@@ -177,7 +177,6 @@ class IntrinsicPhase:
             return recording.n_steps >= self.steps
 
     def _header(self, kind: type[Any]) -> Header:
-        file = source_file(kind)
         return Header(
             condition=self.condition.name,
             objects=self.objects,
@@ -187,7 +186,7 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
-            controller_sha256=file_sha256(file) if file else "",
+            controller_sha256=source_sha256(kind),
             images=self._records_images,
             versions=package_versions(),
         )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
-from real_bench.finding import find_controller
+from real_bench.finding import find_controller, source_sha256
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.film import filmed
 from real_bench.phases.player import Guest
@@ -83,11 +83,16 @@ class TrialMaker:
 
     def _prepared(self) -> Guest:
         plan = self._plan
-        guest = Guest(plan.controller, find_controller(plan.controller), self._task)
+        kind = find_controller(plan.controller)
+        guest = Guest(plan.controller, kind, self._task)
         guest.seed(plan.seed)
         if plan.run is not None:
             with Recording(plan.run) as recording:
-                if recording.header.controller == plan.controller:  # else it is another's state
+                header = recording.header
+                # One exploration may serve several controllers; a state is only its maker's.
+                if header.controller == plan.controller or (
+                    header.controller_sha256 and header.controller_sha256 == source_sha256(kind)
+                ):
                     guest.set_state(recording.controller_state())
         return guest
 

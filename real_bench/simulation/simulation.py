@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Sequence
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,9 +46,7 @@ class Simulation:
         self._client: int | None = pybullet.connect(mode)
         if self._client < 0:
             raise SceneError("cannot open pybullet's window: only one can be open in a process")
-        self._fallen = [
-            (region.z_below, region.x_above) for region in scene.manifest.limits.fallen
-        ]
+        self._fallen = [(region.z_below, region.x_above) for region in scene.manifest.limits.fallen]
         self.reset()
 
     @property
@@ -177,12 +174,7 @@ class Simulation:
     def __enter__(self) -> Simulation:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _pose(self, body: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
