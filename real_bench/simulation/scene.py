@@ -39,7 +39,6 @@ class Assets(_Record):
     wheel: str | None = Field(None, pattern=r"^[A-Za-z0-9._-]+==[A-Za-z0-9.]+$")
     sha256: str | None = Field(None, pattern=r"^[0-9a-f]{64}$")
     folder: str = "."
-    pybullet_data: bool = False  # meshes may also come from the data that pybullet ships
 
     @model_validator(mode="after")
     def _wheel_is_checked(self) -> Assets:

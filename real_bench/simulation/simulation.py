@@ -70,7 +70,7 @@ class Simulation:
         """
         client = self.client
         pybullet.resetSimulation(physicsClientId=client)
-        self._set_search_path()
+        pybullet.setAdditionalSearchPath(str(self.scene.folder), physicsClientId=client)
         pybullet.setGravity(*GRAVITY, physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=STEP_S, numSubSteps=1, numSolverIterations=50, physicsClientId=client
@@ -207,14 +207,6 @@ class Simulation:
             self._bodies[index], position, quaternion, physicsClientId=self.client
         )
         self.n_put_back += 1
-
-    def _set_search_path(self) -> None:
-        folder = str(self.scene.folder)
-        if self.scene.manifest.assets.pybullet_data:
-            import pybullet_data
-
-            folder = pybullet_data.getDataPath()
-        pybullet.setAdditionalSearchPath(folder, physicsClientId=self.client)
 
     def _load_table(self) -> None:
         table = self.scene.manifest.table
