@@ -310,6 +310,11 @@ def action_segments(action: Action, control: Control, simulation: Simulation) ->
         before = command
 
 
+def wants_render(action: Mapping[str, Any]) -> bool:
+    """Whether an official action dict asks for camera images."""
+    return bool(np.any(action.get("render", False)))
+
+
 def check_action(action: object, control: Control) -> Action:
     """The action itself if it is one that ``control`` can execute; raises ActionError if not."""
     if not isinstance(action, Action):

@@ -37,16 +37,12 @@ the simulation, the goal file or the score.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from real_bench.actions import Action
+from real_bench.recording import Experience, State
 
-if TYPE_CHECKING:
-    from real_bench.recording import Experience
-
-State = dict[str, Any]
-"""What a controller hands over: names to numbers, text, bytes, numpy arrays, or lists and dicts
-of these. No pickle: a state can be read anywhere, and runs no code."""
+__all__ = ["Action", "BasePolicy", "Controller", "Experience", "State"]
 
 
 class BasePolicy:

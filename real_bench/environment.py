@@ -11,6 +11,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.actions import wants_render
 from real_bench.conditions import Condition
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.phases.lengths import INTRINSIC_STEPS, TRIAL_STEPS
@@ -103,8 +104,3 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
             return {}
         positions = self._task.simulation.object_poses()[:, :3]
         return {"score": goal_score(positions, self._task.goal.final_poses[:, :3])}
-
-
-def wants_render(action: Mapping[str, Any]) -> bool:
-    """Whether an official action dict asks for camera images."""
-    return bool(np.any(action.get("render", False)))

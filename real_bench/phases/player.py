@@ -10,12 +10,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from real_bench.actions import ACTION_STEPS, Action, Command, check_action
-from real_bench.controller import State
-from real_bench.environment import wants_render
+from real_bench.actions import ACTION_STEPS, Action, Command, check_action, wants_render
 from real_bench.errors import ActionError, ControllerError, RealBenchError
 from real_bench.finding import blame, is_action_level, source_file
-from real_bench.recording import Experience
+from real_bench.recording import Experience, State
 from real_bench.task import Task
 
 

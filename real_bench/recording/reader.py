@@ -12,11 +12,10 @@ import hdf5plugin  # noqa: F401  registers the compression of the images
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.controller import State
 from real_bench.errors import RecordingError
 from real_bench.recording.header import Header
 from real_bench.recording.schema import FORMAT, SCHEMA_VERSION
-from real_bench.recording.state import load_state
+from real_bench.recording.state import State, load_state
 
 MOVED_M = 0.01
 """An object counts as moved when an action displaced it by more (paper, section Results)."""

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
-from real_bench.controller import State
 from real_bench.recording.header import Header
 from real_bench.recording.reader import Recording
 from real_bench.recording.schema import CUT, STATE, TRANSITION, Batch, command_type
-from real_bench.recording.state import check_state
+from real_bench.recording.state import State, check_state
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.task import Task
 

@@ -14,11 +14,15 @@ import numpy as np
 
 from real_bench.errors import RecordingError
 
+State = dict[str, Any]
+"""What a controller hands over: names to numbers, text, bytes, numpy arrays, or lists and dicts
+of these. No pickle: a state can be read anywhere, and runs no code."""
+
 _TREE = "structure"
 _MARK = "__dataset__"
 
 
-def save_state(group: h5py.Group, state: dict[str, Any]) -> None:
+def save_state(group: h5py.Group, state: State) -> None:
     """Write a state into an empty group; raises RecordingError for what cannot be kept."""
     datasets: list[np.ndarray[Any, Any]] = []
     tree = json.dumps(_strip(state, datasets, "state"))
@@ -27,7 +31,7 @@ def save_state(group: h5py.Group, state: dict[str, Any]) -> None:
         group.create_dataset(str(number), data=array)
 
 
-def load_state(group: h5py.Group) -> dict[str, Any]:
+def load_state(group: h5py.Group) -> State:
     """Read what :func:`save_state` wrote; raises KeyError or ValueError where it is damaged."""
     tree = json.loads(group[_TREE][()].tobytes().decode())
     state = _restore(tree, group)
@@ -36,7 +40,7 @@ def load_state(group: h5py.Group) -> dict[str, Any]:
     return state
 
 
-def check_state(state: dict[str, Any]) -> None:
+def check_state(state: State) -> None:
     """Raise RecordingError where a state could not be kept."""
     json.dumps(_strip(state, [], "state"))
 
