@@ -311,8 +311,11 @@ def action_segments(action: Action, control: Control, simulation: Simulation) ->
 
 
 def wants_render(action: Mapping[str, Any]) -> bool:
-    """Whether an official action dict asks for camera images."""
-    return bool(np.any(action.get("render", False)))
+    """Whether an official action dict asks for camera images; raises ActionError."""
+    try:
+        return bool(np.any(action.get("render", False)))
+    except Exception as error:  # a stranger's object may raise anything
+        raise ActionError(f"render must be true or false, not {_short(action)}") from error
 
 
 def check_action(action: object, control: Control) -> Action:
@@ -354,7 +357,7 @@ def _vector(value: object, what: str, size: int) -> Command:
 def _numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
     try:
         numbers = np.array(value, np.float64)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # a stranger's object may raise anything
         raise ActionError(f"{what} must be {size} numbers, not {_short(value)}") from error
     if numbers.size != size:
         raise ActionError(f"{what} must be {size} numbers, not of shape {numbers.shape}")
@@ -362,5 +365,8 @@ def _numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
 
 
 def _short(value: object) -> str:
-    text = f"{type(value).__name__} {value!r}"
+    try:
+        text = " ".join(f"{type(value).__name__} {value!r}".split())
+    except Exception:  # a stranger's object may raise anything
+        return type(value).__name__
     return text if len(text) < 80 else text[:77] + "..."

@@ -10,7 +10,7 @@ PERCEPTIONS = {"O": "object positions", "I": "images"}
 CONTROLS = {"M": "macro-actions", "J": "joints", "C": "cartesian"}
 
 
-class ConditionError(RealBenchError):
+class ConditionError(RealBenchError, ValueError):
     """A condition that does not exist."""
 
 

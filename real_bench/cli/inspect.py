@@ -49,7 +49,7 @@ def describe_recording(path: Path) -> dict[str, Any]:
             "share_of_actions_that_moved_an_object": (
                 round(recording.share_moved(), 4) if n_triplets else None
             ),
-            "images": 0 if recording.images is None else len(recording.images),
+            "images": recording.n_images or 0,
             **header.model_dump(mode="json", exclude={"images", "scene_source"}),
         }
 

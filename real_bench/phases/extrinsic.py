@@ -46,8 +46,8 @@ class ExtrinsicPhase:
             raise RealBenchError(f"--trials must be 1 to {n_goals}, not {self.n_trials}")
         if self.jobs < 1:
             raise RealBenchError(f"--jobs must be at least 1, not {self.jobs}")
-        if self.plan.seed < 0:
-            raise RealBenchError(f"--seed must not be negative, it is {self.plan.seed}")
+        if not 0 <= self.plan.seed < 2**63:
+            raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.plan.seed}")
         if self.plan.trial_steps < 1:
             raise RealBenchError(f"a trial needs at least 1 step, not {self.plan.trial_steps}")
         self.plan.goal_set.check_fits(self.plan.scene, self.plan.goal_set.n_objects)

@@ -29,13 +29,11 @@ class Film:
     def __init__(self, path: Path, goal_image: NDArray[np.uint8]) -> None:
         import av
 
-        self._goal = goal_image
+        self._av, self._path, self._goal = av, path, goal_image
         height, width, _ = goal_image.shape
-        try:
+        with self._guard():
             path.parent.mkdir(parents=True, exist_ok=True)
             self._container = av.open(str(path), "w", options={"movflags": "faststart"})
-        except (OSError, av.FFmpegError) as error:
-            raise RealBenchError(f"cannot write the film {path}: {error}") from error
         self._stream = self._container.add_stream("libx264", rate=Fraction(FRAMES_A_SECOND))
         self._stream.width, self._stream.height = 2 * width, height
         self._stream.pix_fmt = "yuv420p"
@@ -43,16 +41,23 @@ class Film:
 
     def add(self, image: NDArray[np.uint8]) -> None:
         """One more frame."""
-        import av
-
         both = np.ascontiguousarray(np.hstack([image, self._goal]))
-        frame = av.VideoFrame.from_ndarray(both, format="rgb24")
-        self._container.mux(self._stream.encode(frame))
+        frame = self._av.VideoFrame.from_ndarray(both, format="rgb24")
+        with self._guard():
+            self._container.mux(self._stream.encode(frame))
 
     def close(self) -> None:
         """Finish the file."""
-        self._container.mux(self._stream.encode(None))
-        self._container.close()
+        with self._guard():
+            self._container.mux(self._stream.encode(None))
+            self._container.close()
+
+    @contextmanager
+    def _guard(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, self._av.FFmpegError) as error:
+            raise RealBenchError(f"cannot write the film {self._path}: {error}") from error
 
 
 @contextmanager

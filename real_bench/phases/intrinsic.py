@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,32 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.actions import make_control
 from real_bench.conditions import Condition
-from real_bench.errors import (
-    ControllerError,
-    Interrupted,
-    PhysicsError,
-    RealBenchError,
-    RecordingError,
-)
+from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
 from real_bench.finding import find_controller, source_sha256
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
-from real_bench.recording import MOVED_M, Header, Recorder, Recording, package_versions
+from real_bench.recording import MOVED_M, Cut, Header, Recorder, package_versions
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
-
-RESUMED_ALIKE = (
-    "condition",
-    "objects",
-    "scene",
-    "scene_sha256",
-    "seed",
-    "controller",
-    "images",
-)
 
 
 @dataclass(frozen=True)
@@ -83,8 +69,8 @@ class IntrinsicPhase:
     def __post_init__(self) -> None:
         if self.steps < 1:
             raise RealBenchError(f"--steps must be at least 1, not {self.steps}")
-        if self.seed < 0:
-            raise RealBenchError(f"--seed must not be negative, it is {self.seed}")
+        if not 0 <= self.seed < 2**63:
+            raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
         if self.images is False and not self.condition.sees_objects:
             raise RealBenchError(f"condition {self.condition.name} is about images: record them")
         self.scene.object_names(self.objects)
@@ -105,76 +91,33 @@ class IntrinsicPhase:
         resume = resume and self.out.exists()
         check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
         kind = find_controller(self.controller)
-        header = self._header(kind)
-        if resume:
-            self._check_resumable(header)
         task = Task(self.scene, self.condition, self.objects)
         try:
             guest = Guest(self.controller, kind, task)
-            self._begin(task, guest, resume)
-            if not (resume and self._is_complete()):
-                with self._recorder(header, task, resume) as recorder, stop_requests() as stop:
-                    self._play(task, guest, recorder, report, stop)
+            with self._recorder(self._header(kind), resume) as recorder, stop_requests() as stop:
+                self._begin(task, guest, recorder.cut)
+                if not recorder.ended:
+                    _Play(task, guest, recorder, self.steps).run(report, stop)
         finally:
             task.close()
         return guest
 
-    def _begin(self, task: Task, guest: Guest, resume: bool) -> None:
+    def _recorder(self, header: Header, resume: bool) -> Recorder:
+        size = make_control(self.condition.control).size
+        if resume:
+            return Recorder.resume(self.out, header, size, self.steps)
+        return Recorder.begin(self.out, header, size, self.steps, self.scene.manifest.camera)
+
+    def _begin(self, task: Task, guest: Guest, cut: Cut | None) -> None:
         """Put world and controller where the phase begins, or where it was cut."""
-        if not resume:
+        if cut is None:
             guest.seed(self.seed)
             task.begin()
             return
-        with Recording(self.out) as recording:
-            begun = recording.n_states > 0
-            poses = recording.object_poses[-1] if begun else None
-            joints = recording.states["joint_positions"][-1] if begun else None
-            state = recording.controller_state()
-            n_cuts = len(recording.cuts) + 1 if begun else 0
         # A controller that hands over no state must not play the same actions once more.
-        guest.seed(derived_seed(self.seed, n_cuts) if n_cuts else self.seed)
-        guest.set_state(state)
-        task.begin(object_poses=poses, joint_positions=joints)
-
-    def _play(
-        self, task: Task, guest: Guest, recorder: Recorder, report: Report, stop: StopRequest
-    ) -> None:
-        try:
-            self._play_actions(task, guest, recorder, report, stop)
-        except (ControllerError, PhysicsError, KeyboardInterrupt):
-            recorder.write(guest.get_state())  # up to the last whole action
-            raise
-        recorder.write(guest.get_state())
-        if recorder.n_steps < self.steps:
-            raise Interrupted(
-                f"stopped at step {recorder.n_steps:,} of {self.steps:,}; everything up to here is "
-                f"in {self.out}: go on with --resume"
-            )
-
-    def _play_actions(
-        self, task: Task, guest: Guest, recorder: Recorder, report: Report, stop: StopRequest
-    ) -> None:
-        guest.call("start_intrinsic_phase")
-        player = guest.at_play(task)
-        poses = recorder.add_state(task)
-        n_actions = n_moved = 0
-        while recorder.n_steps < self.steps and not stop.made:
-            action = player.play(self.steps - recorder.n_steps)
-            before, poses = poses, recorder.add_transition(action, task)
-            n_actions, n_moved = n_actions + 1, n_moved + _moved(before, poses)
-            if recorder.is_due:
-                recorder.write(guest.get_state())
-            report(Progress(recorder.n_steps, self.steps, n_actions, n_moved))
-        if recorder.n_steps >= self.steps:
-            guest.call("end_intrinsic_phase", task.observe().now(), 0.0, True)
-
-    def _recorder(self, header: Header, task: Task, resume: bool) -> Recorder:
-        make = Recorder.resume if resume else Recorder.begin
-        return make(self.out, header, task, self.steps)
-
-    def _is_complete(self) -> bool:
-        with Recording(self.out) as recording:
-            return recording.n_steps >= self.steps
+        guest.seed(derived_seed(self.seed, cut.number))
+        guest.set_state(cut.controller_state)
+        task.begin(object_poses=cut.object_poses, joint_positions=cut.joint_positions)
 
     def _header(self, kind: type[Any]) -> Header:
         return Header(
@@ -186,6 +129,7 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
+            controller_class=kind.__qualname__,
             controller_sha256=source_sha256(kind),
             images=self._records_images,
             versions=package_versions(),
@@ -195,19 +139,58 @@ class IntrinsicPhase:
     def _records_images(self) -> bool:
         return not self.condition.sees_objects if self.images is None else self.images
 
-    def _check_resumable(self, header: Header) -> None:
-        with Recording(self.out) as recording:
-            differences = recording.header.differences(header, RESUMED_ALIKE)
-            n_steps = recording.n_steps
-        if differences:
-            raise RecordingError(
-                f"{self.out} cannot be resumed, it was recorded with other settings: "
-                + "; ".join(differences)
+
+class _Play:
+    """The playing itself, from wherever the phase has come to."""
+
+    def __init__(self, task: Task, guest: Guest, recorder: Recorder, steps: int) -> None:
+        self._task, self._guest, self._recorder, self._steps = task, guest, recorder, steps
+        self._next_mark = 0.0
+
+    def run(self, report: Report, stop: StopRequest) -> None:
+        """Play until the steps are over or a stop is requested; write what happened."""
+        recorder = self._recorder
+        self._guest.call("start_intrinsic_phase")
+        try:
+            if recorder.n_steps < self._steps:
+                self._play(report, stop)
+            recorder.mark(self._guest.get_state())
+            if recorder.n_steps >= self._steps:
+                self._guest.call("end_intrinsic_phase", self._task.observe().now(), 0.0, True)
+                recorder.mark(self._guest.get_state(), ended=True)
+        except RecordingError:
+            raise  # it could not be written before, and cannot now
+        except BaseException:
+            recorder.write()
+            raise
+        recorder.write()
+        if recorder.n_steps < self._steps:
+            raise Interrupted(
+                f"stopped at step {recorder.n_steps:,} of {self._steps:,}; everything up to here "
+                "is recorded: go on with --resume"
             )
-        if n_steps > self.steps:
-            raise RecordingError(
-                f"{self.out} already holds {n_steps:,} steps, {self.steps:,} asked"
-            )
+
+    def _play(self, report: Report, stop: StopRequest) -> None:
+        recorder, task = self._recorder, self._task
+        player = self._guest.at_play(task)
+        poses = recorder.add_state(task)
+        n_actions = n_moved = 0
+        while recorder.n_steps < self._steps and not stop.made:
+            action = player.play(self._steps - recorder.n_steps)
+            before, poses = poses, recorder.add_transition(action, task)
+            n_actions, n_moved = n_actions + 1, n_moved + _moved(before, poses)
+            self._mark_if_cheap()
+            if recorder.is_due:
+                recorder.write()
+            report(Progress(recorder.n_steps, self._steps, n_actions, n_moved))
+
+    def _mark_if_cheap(self) -> None:
+        """Take the controller's state, as often as that costs less than a hundredth of the time."""
+        began = time.monotonic()
+        if began >= self._next_mark:
+            self._recorder.mark(self._guest.get_state())
+            now = time.monotonic()
+            self._next_mark = now + 99 * (now - began)
 
 
 def _moved(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:

@@ -6,12 +6,12 @@ import copy
 import random
 import sys
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command, check_action, wants_render
-from real_bench.errors import ActionError, ControllerError, RealBenchError
+from real_bench.errors import ActionError, ControllerError, PhysicsError
 from real_bench.finding import blame, is_action_level, source_file
 from real_bench.recording import Experience, State
 from real_bench.task import Task
@@ -72,7 +72,7 @@ class Guest:
                 f"controller {self.spec}: get_state() must return a dict, "
                 f"not {type(state).__name__}"
             )
-        return copy.deepcopy(state)
+        return cast(State, self._guarded(copy.deepcopy, state))
 
     def set_state(self, state: State) -> None:
         """Go on from a state; an empty one is none."""
@@ -100,8 +100,8 @@ class Guest:
     def _guarded(self, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
             return function(*arguments)
-        except RealBenchError:
-            raise
+        except PhysicsError:
+            raise  # of the world that it looks at, not its own
         except (Exception, SystemExit) as error:
             name = getattr(function, "__name__", "it")
             raise self.fault(f"{name}() failed at {blame(error, self._file)}") from error
@@ -155,8 +155,9 @@ class StepPlayer:
         action = self._guest.call("step", self._observation, 0.0, False)
         try:
             command = self._task.control.command(action)
+            render = wants_render(action)
         except ActionError as error:
             raise self._guest.fault(f"step() returned a bad action: {error}") from error
         self._task.step(command)
-        self._observation = self._task.observe(render=wants_render(action)).now()
+        self._observation = self._task.observe(render=render).now()
         return command

@@ -88,11 +88,8 @@ class TrialMaker:
         guest.seed(plan.seed)
         if plan.run is not None:
             with Recording(plan.run) as recording:
-                header = recording.header
                 # One exploration may serve several controllers; a state is only its maker's.
-                if header.controller == plan.controller or (
-                    header.controller_sha256 and header.controller_sha256 == source_sha256(kind)
-                ):
+                if recording.header.is_of(plan.controller, source_sha256(kind), kind.__qualname__):
                     guest.set_state(recording.controller_state())
         return guest
 

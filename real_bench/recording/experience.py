@@ -61,7 +61,7 @@ class Experience:
         """An action as it was executed, ready to be executed again."""
         first, count = int(self._first_commands[index]), int(self._n_commands[index])
         with Recording(self._path) as recording:
-            rows = recording.commands[first : first + count]
+            rows = recording.commands(first, count)
         return Action(rows["command"], rows["n_steps"], rows["line"].astype(bool))
 
     def _positions(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -71,7 +71,5 @@ class Experience:
 
     def _image(self, row: int) -> NDArray[np.uint8]:
         with Recording(self._path) as recording:
-            if recording.images is None:
-                raise RecordingError(f"{self._path} was recorded without images")
-            image: NDArray[np.uint8] = recording.images[row]
+            image: NDArray[np.uint8] = recording.images(int(row), 1)[0]
         return image

@@ -7,11 +7,21 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from real_bench.conditions import Condition
 from real_bench.version import __version__
 
+RESUMED_ALIKE = (
+    "condition",
+    "objects",
+    "scene",
+    "scene_sha256",
+    "seed",
+    "controller",
+    "images",
+)
 RECORDED_PACKAGES = ("pybullet", "numpy", "h5py", "hdf5plugin", "gymnasium")
 
 
@@ -25,8 +35,9 @@ class Header(BaseModel):
         scene: name of the scene.
         scene_source: what the scene is found by: its name, or the path of its manifest.
         scene_sha256: hash of the scene's manifest and files.
-        seed: of the run.
+        seed: of the run, below 2**63.
         controller: as the user named it.
+        controller_class: the class that it is.
         controller_sha256: hash of the file that defines it; empty where there is none.
         images: whether camera images are recorded.
         versions: of Python and the packages that can change the outcome.
@@ -40,8 +51,9 @@ class Header(BaseModel):
     scene: str
     scene_source: str
     scene_sha256: str = Field(pattern="^[0-9a-f]{64}$")
-    seed: int = Field(ge=0)
+    seed: int = Field(ge=0, lt=2**63)
     controller: str
+    controller_class: str
     controller_sha256: str = Field("", pattern="^([0-9a-f]{64})?$")
     images: bool
     versions: dict[str, str]
@@ -51,13 +63,19 @@ class Header(BaseModel):
     def _condition_exists(cls, name: str) -> str:
         return Condition.parse(name).name
 
-    def differences(self, other: Header, fields: tuple[str, ...]) -> list[str]:
-        """What is not the same in two headers, as ``field: mine, not yours``."""
+    def differences(self, other: Header) -> list[str]:
+        """Why a run of another header is not this one gone on, as ``field: mine, not yours``."""
         return [
             f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}"
-            for field in fields
+            for field in RESUMED_ALIKE
             if getattr(self, field) != getattr(other, field)
         ]
+
+    def is_of(self, controller: str, source_sha256: str, class_name: str) -> bool:
+        """Whether the run was made by this controller, also under another spelling of its path."""
+        same_code = source_sha256 != "" and self.controller_sha256 == source_sha256
+        same_class = self.controller_class == class_name
+        return same_class and (self.controller == controller or same_code)
 
     def misfits(self, condition: Condition, objects: int, scene_sha256: str) -> list[str]:
         """Why a test cannot draw on this run; nothing where it can."""
@@ -84,10 +102,15 @@ class Header(BaseModel):
     @classmethod
     def from_attributes(cls, attributes: dict[str, Any]) -> Header:
         """Read and check what :meth:`to_attributes` wrote; raises ValueError."""
-        fields = {key: attributes[key] for key in cls.model_fields}
+        fields = {key: _plain(attributes[key]) for key in cls.model_fields}
         for key in ("object_names", "versions"):
             fields[key] = json.loads(fields[key])
         return cls.model_validate(fields)
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as Python has it, not numpy."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def package_versions() -> dict[str, str]:

@@ -34,12 +34,13 @@ class Recording:
         with self._guard():
             self._file = h5py.File(path, "r")
         try:
-            self._check_format()
             with self._guard():
+                self._check_format()
                 self.header = Header.from_attributes(dict(self._file.attrs))
                 self.n_steps = int(self._file.attrs["n_steps"])
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
                 self.total_steps = int(self._file.attrs["total_steps"])
+                self.ended = bool(self._file.attrs["ended"])
                 self.cuts: list[int] = self._file["cuts"]["step"].tolist()
                 self.n_states = len(self._file["states"])
                 self._check_rows()
@@ -48,9 +49,30 @@ class Recording:
             raise
 
     @property
-    def commands(self) -> h5py.Dataset:
-        """The command rows, read from the file as they are sliced."""
-        return self._file["commands"]
+    def n_commands(self) -> int:
+        """How many command rows there are."""
+        return len(self._file["commands"])
+
+    @property
+    def n_images(self) -> int | None:
+        """How many images there are: one a state, or None where images are not recorded."""
+        return len(self._file["images"]) if "images" in self._file else None
+
+    def commands(self, first: int = 0, count: int | None = None) -> NDArray[Any]:
+        """Command rows: vector, duration, line; by default all of them."""
+        with self._guard():
+            end = None if count is None else first + count
+            rows: NDArray[Any] = self._file["commands"][first:end]
+        return rows
+
+    def images(self, first: int = 0, count: int | None = None) -> NDArray[np.uint8]:
+        """Camera images of states, (count, height, width, 3) uint8; by default all of them."""
+        if self.n_images is None:
+            raise RecordingError(f"{self.path} was recorded without images")
+        with self._guard():
+            end = None if count is None else first + count
+            images: NDArray[np.uint8] = self._file["images"][first:end]
+        return images
 
     @property
     def states(self) -> NDArray[Any]:
@@ -58,11 +80,6 @@ class Recording:
         with self._guard():
             states: NDArray[Any] = self._file["states"][()]
         return states
-
-    @property
-    def images(self) -> h5py.Dataset | None:
-        """The camera image of every state, (m, height, width, 3) uint8; None without images."""
-        return self._file.get("images")
 
     @property
     def object_poses(self) -> NDArray[np.float64]:
@@ -112,12 +129,11 @@ class Recording:
 
     def _check_rows(self) -> None:
         rows = self.transitions
-        images = self.images
         good = (
             len(self._file["ground_truth/object_poses"]) == self.n_states
-            and (images is None or len(images) == self.n_states)
+            and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
-            and int(rows["n_commands"].sum()) == len(self.commands)
+            and int(rows["n_commands"].sum()) == self.n_commands
             and (not len(rows) or rows["precondition"].min() >= 0)
             and (not len(rows) or rows["outcome"].max() < self.n_states)
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +12,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.errors import RecordingError
 from real_bench.recording.header import Header
 from real_bench.recording.reader import Recording
 from real_bench.recording.schema import CUT, STATE, TRANSITION, Batch, command_type
 from real_bench.recording.state import State, check_state
 from real_bench.recording.writer import AppendOnlyFile
+from real_bench.simulation.scene import Camera
 from real_bench.task import Task
 
 SECONDS_BETWEEN_WRITES = 3.0
 
 
-class Recorder:
-    """The triplets of one run.
+@dataclass(frozen=True)
+class Cut:
+    """Where a recording that is resumed had come to.
 
-    Make one with :meth:`begin` or :meth:`resume`; use it as a context manager, so that what has
-    been collected is written however the phase ends.
+    Attributes:
+        object_poses, joint_positions: of its last state; the world begins anew there.
+        controller_state: what the controller handed over then.
+        number: how often the run has been cut by now.
+    """
+
+    object_poses: NDArray[np.float64]
+    joint_positions: NDArray[np.float64]
+    controller_state: State
+    number: int
+
+
+class Recorder:
+    """The triplets of one run, and the controller's state that belongs to them.
+
+    Rows are collected; :meth:`mark` says that the controller's state fits the rows so far; only
+    what is marked is ever written. So a run that is resumed from any file goes on with the action
+    that came after its last row.
+
+    Make one with :meth:`begin` or :meth:`resume`; use it as a context manager.
     """
 
     def __init__(self, file: AppendOnlyFile, header: Header, command_size: int, steps: int) -> None:
@@ -33,54 +55,59 @@ class Recorder:
         self._header = header
         self._total_steps = steps
         self._command_type = command_type(command_size)
-        self.n_steps = 0
-        self.n_transitions = 0
-        self._n_states = 0
-        self._n_commands = 0
-        self._clear()
+        self.n_steps = self.n_transitions = 0
+        self.ended = False
+        self.cut: Cut | None = None
+        self._n_states = self._n_commands = 0
+        self._rows = _Rows()
+        self._marked: tuple[dict[str, int], int, State, bool] | None = None
+        self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     @classmethod
-    def begin(cls, path: Path, header: Header, task: Task, steps: int) -> Recorder:
+    def begin(
+        cls, path: Path, header: Header, command_size: int, steps: int, camera: Camera
+    ) -> Recorder:
         """Begin a new recording of so many steps; a file that is there is replaced."""
         file = AppendOnlyFile(path)
-        size = task.control.size
-        file.create(header, size, task.simulation.scene.manifest.camera)
-        return cls(file, header, size, steps)
+        file.create(header, command_size, camera)
+        return cls(file, header, command_size, steps)
 
     @classmethod
-    def resume(cls, path: Path, header: Header, task: Task, steps: int) -> Recorder:
-        """Go on with a recording, from its last action; ``header`` is that of the new part."""
+    def resume(cls, path: Path, header: Header, command_size: int, steps: int) -> Recorder:
+        """Go on with a recording, from its last action; ``header`` is that of the new part.
+
+        Raises:
+            RecordingError: the recording is of other settings, or longer than ``steps``.
+        """
         file = AppendOnlyFile(path)
-        with Recording(path) as recording:
-            recorder = cls(file, recording.header, task.control.size, steps)
-            recorder.n_steps = recording.n_steps
-            recorder.n_transitions = len(recording.transitions)
-            recorder._n_states = recording.n_states
-            recorder._n_commands = len(recording.commands)
-        if recorder.n_transitions:
-            versions = json.dumps(header.versions).encode()
-            cut = (recorder.n_steps, header.controller_sha256.encode(), versions)
-            recorder._cuts.append(cut)
+        try:
+            with Recording(path) as recording:
+                _check_resumable(recording, header, steps)
+                recorder = cls(file, recording.header, command_size, steps)
+                recorder._take_up(recording, header)
+        except BaseException:
+            file.close()
+            raise
         return recorder
 
     def add_state(self, task: Task) -> NDArray[np.float64]:
         """Record what is the case now; returns the objects' poses."""
         simulation = task.simulation
         poses = simulation.object_poses()
-        self._states.append(
+        self._rows.states.append(
             (simulation.joint_positions(), simulation.touch_sensors(), self.n_steps)
         )
-        self._poses.append(poses)
+        self._rows.object_poses.append(poses)
         if self._header.images:
-            self._images.append(simulation.image().retina)
+            self._rows.images.append(simulation.image().retina)
         self._n_states += 1
         return poses
 
     def add_transition(self, action: Action, task: Task) -> NDArray[np.float64]:
         """Record an action that was executed, and its outcome; returns the objects' poses."""
         k, first_step = len(action.commands), self.n_steps
-        self._commands += zip(action.commands, action.n_steps, action.line, strict=True)
-        self._transitions.append(
+        self._rows.commands += zip(action.commands, action.n_steps, action.line, strict=True)
+        self._rows.transitions.append(
             (self._n_states - 1, self._n_states, self._n_commands, k, first_step, action.duration)
         )
         self._n_commands += k
@@ -93,11 +120,19 @@ class Recorder:
         """Whether it is time to write."""
         return time.monotonic() >= self._next_write
 
-    def write(self, controller_state: State) -> None:
-        """Write what has been collected, with the controller's state at this very moment."""
+    def mark(self, controller_state: State, *, ended: bool = False) -> None:
+        """The controller's state after the last row; ``ended``: the phase's last hook is over."""
         check_state(controller_state)
-        self._file.append(self._batch(controller_state))
-        self._clear()
+        self._marked = (self._rows.lengths(), self.n_steps, controller_state, ended)
+
+    def write(self) -> None:
+        """Write the rows up to the last mark."""
+        if self._marked is None:
+            return
+        lengths, n_steps, state, ended = self._marked
+        self._file.append(self._batch(self._rows.take(lengths), n_steps, state, ended))
+        self._marked = None
+        self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     def close(self) -> None:
         """Let go of the file; what was not written is lost."""
@@ -109,25 +144,70 @@ class Recorder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _batch(self, controller_state: State) -> Batch:
-        n_objects = self._header.objects
+    def _take_up(self, recording: Recording, header: Header) -> None:
+        """Begin where a recording has come to."""
+        self.n_steps = recording.n_steps
+        self.n_transitions = len(recording.transitions)
+        self.ended = recording.ended and self.n_steps >= self._total_steps
+        self._n_states, self._n_commands = recording.n_states, recording.n_commands
+        if not recording.n_states:
+            return
+        self.cut = Cut(
+            object_poses=recording.object_poses[-1],
+            joint_positions=recording.states["joint_positions"][-1],
+            controller_state=recording.controller_state(),
+            number=len(recording.cuts) + 1,
+        )
+        if self.n_steps < self._total_steps:
+            versions = json.dumps(header.versions).encode()
+            self._rows.cuts.append((self.n_steps, header.controller_sha256.encode(), versions))
+
+    def _batch(self, rows: _Rows, n_steps: int, state: State, ended: bool) -> Batch:
         return Batch(
-            transitions=np.array(self._transitions, TRANSITION),
-            commands=np.array(self._commands, self._command_type),
-            states=np.array(self._states, STATE),
-            images=np.array(self._images, np.uint8) if self._images else None,
-            object_poses=np.array(self._poses).reshape(-1, n_objects, 7),
-            cuts=np.array(self._cuts, CUT),
-            n_steps=self.n_steps,
+            transitions=np.array(rows.transitions, TRANSITION),
+            commands=np.array(rows.commands, self._command_type),
+            states=np.array(rows.states, STATE),
+            images=np.array(rows.images, np.uint8) if rows.images else None,
+            object_poses=np.array(rows.object_poses).reshape(-1, self._header.objects, 7),
+            cuts=np.array(rows.cuts, CUT),
+            n_steps=n_steps,
             total_steps=self._total_steps,
-            controller_state=controller_state,
+            ended=ended,
+            controller_state=state,
         )
 
-    def _clear(self) -> None:
-        self._transitions: list[tuple[int, ...]] = []
-        self._commands: list[tuple[Any, ...]] = []
-        self._states: list[tuple[Any, ...]] = []
-        self._images: list[NDArray[np.uint8]] = []
-        self._poses: list[NDArray[np.float64]] = []
-        self._cuts: list[tuple[int, bytes, bytes]] = []
-        self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
+
+@dataclass
+class _Rows:
+    """Rows that wait to be written, by dataset."""
+
+    transitions: list[tuple[int, ...]] = field(default_factory=list)
+    commands: list[tuple[Any, ...]] = field(default_factory=list)
+    states: list[tuple[Any, ...]] = field(default_factory=list)
+    images: list[NDArray[np.uint8]] = field(default_factory=list)
+    object_poses: list[NDArray[np.float64]] = field(default_factory=list)
+    cuts: list[tuple[int, bytes, bytes]] = field(default_factory=list)
+
+    def lengths(self) -> dict[str, int]:
+        """How many rows there are of each."""
+        return {name: len(rows) for name, rows in vars(self).items()}
+
+    def take(self, lengths: dict[str, int]) -> _Rows:
+        """The first rows of each, which no longer wait."""
+        taken = _Rows(**{name: getattr(self, name)[:n] for name, n in lengths.items()})
+        for name, n in lengths.items():
+            del getattr(self, name)[:n]
+        return taken
+
+
+def _check_resumable(recording: Recording, header: Header, steps: int) -> None:
+    differences = recording.header.differences(header)
+    if differences:
+        raise RecordingError(
+            f"{recording.path} cannot be resumed, it was recorded with other settings: "
+            + "; ".join(differences)
+        )
+    if recording.n_steps > steps:
+        raise RecordingError(
+            f"{recording.path} already holds {recording.n_steps:,} steps, {steps:,} asked"
+        )

@@ -3,7 +3,7 @@
 ::
 
     /                      attributes: format, schema_version, the header's fields,
-                           n_steps (so far), total_steps (asked for)
+                           n_steps (so far), total_steps (asked for), ended (its last hook, too)
     /transitions           one row an action: the triplet (s, a, s') by row numbers
         precondition, outcome    rows of /states (and /images, /ground_truth)
         first_command, n_commands, first_step, n_steps
@@ -30,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.recording.header import Header
+from real_bench.recording.state import State
 from real_bench.simulation.scene import Camera
 
 FORMAT = "realbench-run"
@@ -71,7 +72,8 @@ class Batch:
     cuts: NDArray[Any]
     n_steps: int
     total_steps: int
-    controller_state: dict[str, Any] | None
+    ended: bool
+    controller_state: State
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """The rows by the path of their dataset."""
@@ -86,12 +88,20 @@ class Batch:
             rows["images"] = self.images
         return rows
 
+    @property
+    def most_bytes(self) -> int:
+        """What writing the batch may take on the disk at most; images shrink to a tenth or less."""
+        rows = self.datasets()
+        images = rows.pop("images", np.empty(0))
+        return 2 * sum(array.nbytes for array in rows.values()) + images.nbytes // 8
+
 
 def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -> None:
     """Lay out an empty recording."""
     file.attrs["format"] = FORMAT
     file.attrs["schema_version"] = SCHEMA_VERSION
     file.attrs["n_steps"] = file.attrs["total_steps"] = 0
+    file.attrs["ended"] = False
     for key, value in header.to_attributes().items():
         file.attrs[key] = value
     _empty(file, "transitions", TRANSITION)

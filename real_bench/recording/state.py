@@ -19,13 +19,14 @@ State = dict[str, Any]
 of these. No pickle: a state can be read anywhere, and runs no code."""
 
 _TREE = "structure"
-_MARK = "__dataset__"
+_MARK = "__kept_as__"
+_LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 
 def save_state(group: h5py.Group, state: State) -> None:
     """Write a state into an empty group; raises RecordingError for what cannot be kept."""
     datasets: list[np.ndarray[Any, Any]] = []
-    tree = json.dumps(_strip(state, datasets, "state"))
+    tree = _strip_all(state, datasets)
     group.create_dataset(_TREE, data=np.frombuffer(tree.encode(), np.uint8))
     for number, array in enumerate(datasets):
         group.create_dataset(str(number), data=array)
@@ -42,15 +43,25 @@ def load_state(group: h5py.Group) -> State:
 
 def check_state(state: State) -> None:
     """Raise RecordingError where a state could not be kept."""
-    json.dumps(_strip(state, [], "state"))
+    _strip_all(state, [])
+
+
+def _strip_all(state: State, datasets: list[np.ndarray[Any, Any]]) -> str:
+    try:
+        return json.dumps(_strip(state, datasets, "state"))
+    except RecursionError as error:
+        raise RecordingError("a controller's state is nested too deeply, or in itself") from error
 
 
 def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
     """The JSON form of a value; its arrays and bytes go to ``datasets``."""
-    if value is None or isinstance(value, bool | int | str):
+    if value is None or isinstance(value, bool | str):
         return value
+    if isinstance(value, int):
+        return value if abs(value) < _LARGE else {_MARK: "int", "value": hex(value)}
     if isinstance(value, float):
-        return value if np.isfinite(value) else {_MARK: "float", "value": repr(value)}
+        number = float(value)
+        return number if np.isfinite(number) else {_MARK: "float", "value": repr(number)}
     if isinstance(value, bytes):
         datasets.append(np.frombuffer(value, np.uint8))
         return {_MARK: "bytes", "number": len(datasets) - 1}
@@ -86,5 +97,7 @@ def _restore(tree: Any, group: h5py.Group) -> Any:
         return {key: _restore(item, group) for key, item in tree.items()}
     if tree[_MARK] == "float":
         return float(tree["value"])
+    if tree[_MARK] == "int":
+        return int(tree["value"], 16)
     content = group[str(tree["number"])][()]
     return content.tobytes() if tree[_MARK] == "bytes" else content

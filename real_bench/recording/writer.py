@@ -2,16 +2,19 @@
 
 The file that the user sees is never written in place. Rows are appended to a hidden copy, which
 then takes the visible file's place in one atomic rename; the file that was visible becomes the
-next hidden copy, one batch behind. So a reader always finds a whole file, killing the writer loses
-at most the rows since the last rename, and appending costs no more as the file grows.
+next hidden copy, one batch behind, unless somebody still has it open. So a reader always finds a
+whole file that does not change under its hands, killing the writer loses at most the rows since the
+last rename, and appending costs no more as the file grows.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import h5py
 from filelock import FileLock, Timeout
@@ -21,6 +24,11 @@ from real_bench.recording.header import Header
 from real_bench.recording.schema import Batch, create
 from real_bench.recording.state import save_state
 from real_bench.simulation.scene import Camera
+
+FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
+"""HDF5 keeps account of freed space, so that chunks that are written again leave no holes."""
+
+SPARE_BYTES = 1 << 14
 
 
 class AppendOnlyFile:
@@ -35,9 +43,10 @@ class AppendOnlyFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._hidden = path.with_name(f".{path.name}.part")
-        self._spare = path.with_name(f".{path.name}.spare")
-        self._lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
+        self._visible = path.resolve()  # a link to a recording stays a link
+        self._hidden = self._visible.with_name(f".{self._visible.name}.part")
+        self._spare = self._visible.with_name(f".{self._visible.name}.spare")
+        self._lock = FileLock(self._visible.with_name(f".{self._visible.name}.lock"), timeout=0)
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
         try:
             self._lock.acquire()
@@ -49,72 +58,91 @@ class AppendOnlyFile:
 
     def create(self, header: Header, command_size: int, camera: Camera) -> None:
         """Begin an empty recording in place of whatever was there."""
-        try:
-            with _open(self._hidden, "w") as file:
+        with self._all_or_nothing():
+            self._hidden.touch()
+            self._reserve(0)
+            with h5py.File(self._hidden, "w", **FREE_SPACE) as file:
                 create(file, header, command_size, camera)
-            self._hidden.replace(self.path)
-        except OSError as error:
-            raise self._fault(error) from error
+            self._hidden.replace(self._visible)
 
     def append(self, batch: Batch) -> None:
         """Add rows; raises RecordingError, with the visible file as it was, where that fails."""
-        try:
-            self._catch_up()
-            with _open(self._hidden, "r+") as file:
-                _append(file, batch)
-            with self._hidden.open("rb") as written:
-                os.fsync(written.fileno())
-            self._swap()
-            self._behind = batch
-        except (OSError, RuntimeError) as error:
-            self._discard_copies()
-            raise self._fault(error) from error
+        with self._all_or_nothing():
+            if self._behind is None or not self._is_only_ours():
+                self._hidden.unlink(missing_ok=True)
+                shutil.copyfile(self._visible, self._hidden)
+            else:
+                self._write(self._behind)
+            self._write(batch)
+            self._behind = batch if self._swap() else None
 
     def close(self) -> None:
         """Remove the hidden files and let others write."""
         if self._lock.is_locked:
             self._discard_copies()
-            self._lock.release()
             Path(self._lock.lock_file).unlink(missing_ok=True)
+            self._lock.release()
 
-    def _catch_up(self) -> None:
-        """Bring the hidden copy to what the visible file holds."""
-        if self._behind is not None and self._hidden.exists():
+    def _write(self, batch: Batch) -> None:
+        self._reserve(batch.most_bytes)
+        with h5py.File(self._hidden, "r+") as file:
+            _append(file, batch)
+
+    def _reserve(self, n_bytes: int) -> None:
+        """Take room on the disk first: HDF5 does not survive a write that fails."""
+        if hasattr(os, "posix_fallocate"):
+            size = self._hidden.stat().st_size
+            with self._hidden.open("r+b") as file:
+                os.posix_fallocate(file.fileno(), 0, size + n_bytes + SPARE_BYTES)
+
+    def _is_only_ours(self) -> bool:
+        """Whether nobody still reads the hidden copy, from when it was the visible file.
+
+        The system grants a write lease on a file only if it is open nowhere else.
+        """
+        if not hasattr(fcntl, "F_SETLEASE"):
+            return False
+        with self._hidden.open("r+b") as file:
             try:
-                with _open(self._hidden, "r+") as file:
-                    _append(file, self._behind)
-                return
-            except BlockingIOError:  # somebody still reads the file that this copy was
-                self._hidden.unlink()
-        shutil.copyfile(self.path, self._hidden)
+                fcntl.fcntl(file.fileno(), fcntl.F_SETLEASE, fcntl.F_WRLCK)
+                fcntl.fcntl(file.fileno(), fcntl.F_SETLEASE, fcntl.F_UNLCK)
+            except OSError:
+                return False
+        return True
 
-    def _swap(self) -> None:
+    def _swap(self) -> bool:
+        """Let the hidden copy and the visible file change places.
+
+        False where the file system has no hard links, and the old file is gone.
+        """
         try:
-            os.link(self.path, self._spare)
-        except OSError:  # a file system without hard links: the next batch copies the file
-            self._hidden.replace(self.path)
-            return
-        self._hidden.replace(self.path)
+            os.link(self._visible, self._spare)
+        except OSError:
+            self._hidden.replace(self._visible)
+            return False
+        self._hidden.replace(self._visible)
         self._spare.replace(self._hidden)
+        return True
 
     def _discard_copies(self) -> None:
         self._behind = None
         for path in (self._hidden, self._spare):
             path.unlink(missing_ok=True)
 
-    def _fault(self, error: Exception) -> RecordingError:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-        return RecordingError(
-            f"cannot write {self.path}: {reason}; what was recorded before is safe "
-            "(make room or mend it, then use --resume)"
-        )
-
-
-def _open(path: Path, mode: str) -> h5py.File:
-    """Open for writing; freed space is kept account of, so that rewritten chunks leave no holes."""
-    if mode == "w":
-        return h5py.File(path, mode, fs_strategy="fsm", fs_persist=True, fs_threshold=1)
-    return h5py.File(path, mode)
+    @contextmanager
+    def _all_or_nothing(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            self._discard_copies()
+            reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+            raise RecordingError(
+                f"cannot write {self.path}: {reason}; what was recorded before is safe "
+                "(make room or mend it, then use --resume)"
+            ) from error
+        except BaseException:
+            self._discard_copies()
+            raise
 
 
 def _append(file: h5py.File, batch: Batch) -> None:
@@ -126,10 +154,6 @@ def _append(file: h5py.File, batch: Batch) -> None:
             dataset[before:] = rows
     file.attrs["n_steps"] = batch.n_steps
     file.attrs["total_steps"] = batch.total_steps
-    if batch.controller_state is not None:
-        _replace_state(file, batch.controller_state)
-
-
-def _replace_state(file: h5py.File, state: dict[str, Any]) -> None:
+    file.attrs["ended"] = batch.ended
     del file["controller_state"]
-    save_state(file.create_group("controller_state"), state)
+    save_state(file.create_group("controller_state"), batch.controller_state)

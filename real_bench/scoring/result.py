@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from real_bench.errors import ResultError
 from real_bench.files import write_whole
+from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.scoring.metric import object_scores
 from real_bench.scoring.summary import ClassSummary, GoalOutcome, summarise
 
 FORMAT = "realbench-result"
@@ -72,6 +75,16 @@ class TrialResult(_Record):
     final_poses: tuple[Pose, ...]
     actions_sha256: str
 
+    @model_validator(mode="after")
+    def _score_is_that_of_the_distances(self) -> TrialResult:
+        if self.challenge not in CHALLENGES:
+            raise ValueError(f"challenge {self.challenge!r} is none of {', '.join(CHALLENGES)}")
+        if min(self.distances, default=-1.0) < 0 or len(self.final_poses) != len(self.distances):
+            raise ValueError("each object needs its distance, 0 or more, and its final pose")
+        if not _same(self.score, float(object_scores(self.distances).sum())):
+            raise ValueError(f"score {self.score} is not that of distances {self.distances}")
+        return self
+
     def outcome(self) -> GoalOutcome:
         """What the statistics need of it."""
         return GoalOutcome(self.challenge, self.score, self.distances)
@@ -99,6 +112,8 @@ class Result(_Record):
             raise ValueError("trials must be in order, each goal once")
         if numbers and not (numbers[0] >= 0 and numbers[-1] < self.setting.n_goals):
             raise ValueError(f"a trial's goal is not below {self.setting.n_goals}")
+        if any(len(trial.distances) != self.setting.objects for trial in self.trials):
+            raise ValueError(f"trials must be of {self.setting.objects} object(s)")
         return self
 
     def with_trial(self, trial: TrialResult, seconds: float) -> Result:
@@ -151,14 +166,50 @@ def load_result(path: Path) -> Result:
         raise ResultError(f"{path} is not a result of realbench")
     if fields.get("version") != VERSION:
         raise ResultError(f"{path} is of version {fields.get('version')}, this reads {VERSION}")
-    for derived in ("complete", "summary"):
-        fields.pop(derived, None)
-    timing = fields.pop("timing", None)
     try:
-        seconds = timing.get("seconds") if isinstance(timing, dict) else {}
-        return Result.model_validate({**fields, "seconds": seconds})
+        result = _parse(fields)
     except ValidationError as error:
         faults = "; ".join(
             f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()[:3]
         )
         raise ResultError(f"{path} is damaged: {faults}") from error
+    if not _agrees(fields, result):
+        raise ResultError(f"{path} is damaged: its summary is not that of its trials")
+    return result
+
+
+def _agrees(fields: dict[str, Any], result: Result) -> bool:
+    """Whether what a file says beside its trials follows from them.
+
+    Intervals do not count: another version of numpy may draw other resamples.
+    """
+    told, true = fields.get("summary"), result.to_json()["summary"]
+    return (
+        fields.get("complete") is result.is_complete
+        and isinstance(told, list)
+        and len(told) == len(true)
+        and all(map(_same_row, told, true))
+    )
+
+
+def _same_row(told: Any, true: dict[str, Any]) -> bool:
+    return (
+        isinstance(told, dict)
+        and told.keys() == true.keys()
+        and (told["name"], told["n_goals"]) == (true["name"], true["n_goals"])
+        and all(_same(told[key], true[key]) for key in ("score", "distance"))
+    )
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two numbers agree but for rounding, which may differ between machines."""
+    numbers = isinstance(a, int | float) and isinstance(b, int | float)
+    return numbers and math.isclose(a, b, rel_tol=1e-9)
+
+
+def _parse(fields: dict[str, Any]) -> Result:
+    """The result of a file's content; what follows from the rest is left out."""
+    kept = {key: fields[key] for key in fields if key not in ("complete", "summary", "timing")}
+    timing = fields.get("timing")
+    seconds = timing.get("seconds") if isinstance(timing, dict) else None
+    return Result.model_validate({**kept, "seconds": seconds})

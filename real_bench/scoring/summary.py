@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.scoring.statistics import Interval, mean_interval
 
-CHALLENGES = ("2D", "2.5D", "3D")
 TOTAL = "total"
 
 
