@@ -66,7 +66,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "real_r", "--objects", "0"), "1 to 3 objects, not 0"),
         (("--controller", "real_r", "--steps", "0"), "--steps must be at least 1, not 0"),
         (("--controller", "real_r", "--steps", "-5"), "--steps must be at least 1, not -5"),
-        (("--controller", "real_r", "--seed", "-1"), "--seed must not be negative"),
+        (("--controller", "real_r", "--seed", "-1"), "--seed must be 0 to 2**63 - 1, not -1"),
         (("--controller", "real_r", "--condition", "IM", "--no-images"), "record them"),
         (("--controller", "real_r", "--out", "no/such/run.h5"), "cannot write into no/such"),
         (("--controller", "real_r", "--out", "/proc/run.h5"), "cannot write into /proc"),

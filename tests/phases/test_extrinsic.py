@@ -1,0 +1,243 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError, RealBenchError, ResultError
+from real_bench.goal_sets import GoalSet, load_goal_set
+from real_bench.phases.extrinsic import ExtrinsicPhase
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.trial import TrialMaker
+from real_bench.scoring.result import load_result
+from real_bench.simulation import Scene
+from tests.phases.conftest import FaceGoals, MakePlan, Play, guest
+from tests.recording.bench import SCENE, ignore, realbench, run, start, wait_for, wait_until
+
+LINUX = pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
+
+
+def scores(path: Path) -> dict[str, Any]:
+    """A result file but for the time it took."""
+    content: dict[str, Any] = json.loads(path.read_text())
+    assert content.pop("timing")
+    return content
+
+
+@pytest.mark.parametrize(
+    ("controller", "condition"),
+    [("real_r", "IM"), (guest("tested:Changes"), "OM"), (guest("tested:GlobalRandomness"), "OJ")],
+)
+def test_two_processes_give_what_one_gives(
+    face_goals: FaceGoals, controller: str, condition: str
+) -> None:
+    for jobs, out in ((1, "one"), (2, "two"), (1, "again")):
+        face_goals(controller, condition=condition, jobs=jobs, out=out, trial_steps=1200)
+    assert scores(Path("one")) == scores(Path("two")) == scores(Path("again"))
+
+
+def test_another_seed_gives_another_test(face_goals: FaceGoals) -> None:
+    one, other = (face_goals("real_r", seed=seed, out=str(seed), n_trials=1) for seed in (0, 1))
+    assert one.trials[0].actions_sha256 != other.trials[0].actions_sha256
+
+
+def test_trials_are_independent_of_their_order(face_goals: FaceGoals, make_plan: MakePlan) -> None:
+    controller = guest("tested:Changes")
+    in_order = face_goals(controller).trials
+    maker = TrialMaker(make_plan(controller))
+    assert [maker.make(number)[0] for number in (3, 0, 3, 2)] == [
+        in_order[number] for number in (3, 0, 3, 2)
+    ]
+    maker.close()
+
+
+def test_a_controller_that_learns_meets_the_goals_in_order(face_goals: FaceGoals) -> None:
+    learned = [face_goals(guest("tested:Learns"), jobs=jobs, out=f"{jobs}") for jobs in (1, 2)]
+    assert scores(Path("1")) == scores(Path("2"))
+    fresh = face_goals(guest("tested:Changes"), out="fresh")
+    assert len({trial.actions_sha256 for trial in learned[0].trials}) == 4
+    assert learned[0].trials[0] == fresh.trials[0]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_that_a_controller_learns_must_be_known_before(face_goals: FaceGoals, jobs: int) -> None:
+    with pytest.raises(ControllerError, match="on the class"):
+        face_goals(guest("tested:SaysThatItLearns"), jobs=jobs, n_trials=2)
+
+
+def test_a_state_is_given_only_to_its_maker(play: Play, face_goals: FaceGoals) -> None:
+    run = play(guest("series:Macros"), 2000)
+    other = guest("series:StepMacros")
+    alone = face_goals(other, n_trials=1, trial_steps=100, out="alone.json")
+    assert face_goals(other, run=run, n_trials=1, trial_steps=100).trials == alone.trials
+
+
+def test_scores_follow_from_where_the_objects_ended(face_goals: FaceGoals, goals: GoalSet) -> None:
+    for trial, goal in zip(face_goals("real_r").trials, goals.goals, strict=True):
+        ends = np.array(trial.final_poses)[:, :3]
+        far = np.linalg.norm(ends - goal.final_poses[:, :3], axis=1)
+        np.testing.assert_allclose(trial.distances, far)
+        assert trial.score == pytest.approx(float((0.25 ** (far / 0.10)).sum()))
+        assert trial.challenge == goal.challenge
+
+
+def test_a_controller_handed_over_is_tested_as_one_from_the_file(
+    play: Play, face_goals: FaceGoals, make_plan: MakePlan, scene: Scene
+) -> None:
+    controller, out = guest("series:Macros"), Path("handed.h5")
+    phase = IntrinsicPhase(controller, Condition.parse("OM"), 1, scene, 3000, seed=0, out=out)
+    player = phase.run(ignore)
+    plan = make_plan(controller, run=out)
+    handed = ExtrinsicPhase(plan, 4, Path("handed.json")).run(ignore, guest=player)
+    read = face_goals(controller, run=out)
+    assert handed.trials == read.trials
+    assert (
+        read.trials[0].actions_sha256
+        != face_goals(controller, out="unprepared").trials[0].actions_sha256
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        ({"n_trials": 0}, "--trials"),
+        ({"n_trials": 5}, "--trials"),
+        ({"jobs": 0}, "--jobs"),
+        ({"seed": -1}, "--seed"),
+        ({"trial_steps": 0}, "step"),
+        ({"controller": "nobody"}, "real_r"),
+    ],
+)
+def test_what_cannot_be_tested_is_refused(
+    face_goals: FaceGoals, tmp_path: Path, change: dict[str, Any], complaint: str
+) -> None:
+    with pytest.raises(RealBenchError, match=complaint):
+        face_goals(**{"controller": "real_r", **change})
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("field", "change"),
+    [
+        ("controller", {"controller": guest("tested:Changes")}),
+        ("seed", {"seed": 1}),
+        ("n_goals", {"n_trials": 2}),
+        ("trial_steps", {"trial_steps": 900}),
+        ("condition", {"condition": "IM"}),
+    ],
+)
+def test_another_test_cannot_go_on(
+    face_goals: FaceGoals, field: str, change: dict[str, Any]
+) -> None:
+    settings: dict[str, Any] = {"controller": "real_r", "n_trials": 1, "trial_steps": 500}
+    face_goals(**settings)
+    before = Path("score.json").read_bytes()
+    with pytest.raises(ResultError, match=field):
+        face_goals(**{**settings, **change}, resume=True)
+    assert Path("score.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_fault_in_a_trial_keeps_the_trials_before(face_goals: FaceGoals, jobs: int) -> None:
+    controller = guest("tested:FailsOnce")
+    with pytest.raises(ControllerError, match=r"tested\.py, line \d+: ValueError: no idea"):
+        face_goals(controller, jobs=jobs)
+    kept = load_result(Path("score.json"))
+    assert len(kept.trials) >= (2 if jobs == 1 else 1)
+    assert not kept.is_complete
+    whole = face_goals(controller, out="whole.json")
+    assert face_goals(controller, jobs=jobs, resume=True).trials == whole.trials
+
+
+def test_what_was_learned_in_trials_cannot_go_on(face_goals: FaceGoals) -> None:
+    controller = guest("tested:Learns")
+    result = face_goals(controller)
+    cut = result.model_copy(update={"trials": result.trials[:2], "seconds": {}})
+    cut.save(Path("score.json"))
+    with pytest.raises(ResultError, match="--overwrite"):
+        face_goals(controller, resume=True)
+
+
+def command(goals_path: Path, jobs: int, controller: str = "tested:Waits") -> list[str]:
+    test = ("extrinsic", "--controller", guest(controller), "--condition", "OM", "--scene", SCENE)
+    return realbench(*test, "--goals", goals_path, "--jobs", jobs, "--resume", eager=True)
+
+
+def n_tested(path: Path) -> int:
+    return len(load_result(path).trials) if path.exists() else 0
+
+
+@pytest.fixture(scope="session")
+def uninterrupted(goals_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The result of the real program."""
+    folder = tmp_path_factory.mktemp("uninterrupted")
+    (folder / "go").touch()
+    finished = run(command(goals_path, jobs=2), folder)
+    assert finished.returncode == 0, finished.stderr
+    return folder / "score.json"
+
+
+@LINUX
+def test_a_test_that_is_killed_goes_on_and_leaves_no_process(
+    goals_path: Path, uninterrupted: Path, tmp_path: Path
+) -> None:
+    process = start(command(goals_path, jobs=2), tmp_path)
+    wait_for(process, lambda: n_tested(tmp_path / "score.json") > 0)
+    workers = children(process.pid)
+    process.kill()
+    process.wait()
+    assert len(workers) >= 2
+    wait_until(lambda: not any(map(is_alive, workers)))
+    check_that_it_goes_on(goals_path, uninterrupted, tmp_path)
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_test_that_is_stopped_says_how_to_go_on(
+    goals_path: Path, uninterrupted: Path, tmp_path: Path, jobs: int
+) -> None:
+    process = start(command(goals_path, jobs), tmp_path, os.setsid)
+    wait_for(process, lambda: n_tested(tmp_path / "score.json") > 0)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, workers included
+    (tmp_path / "go").touch()
+    _, message = process.communicate()
+    assert process.returncode == 130
+    assert message.count("\n") == 1
+    assert "--resume" in message
+    check_that_it_goes_on(goals_path, uninterrupted, tmp_path)
+
+
+def check_that_it_goes_on(goals_path: Path, uninterrupted: Path, folder: Path) -> None:
+    assert 0 < n_tested(folder / "score.json") < len(load_goal_set(goals_path))
+    (folder / "go").touch()
+    again = run(command(goals_path, jobs=1), folder)
+    assert again.returncode == 0, again.stderr
+    assert scores(folder / "score.json") == scores(uninterrupted)
+
+
+def children(pid: int) -> list[int]:
+    tasks = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for task in tasks for child in task.read_text().split()]
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_a_worker_that_dies_is_told_and_finished_trials_are_kept(
+    goals_path: Path, tmp_path: Path
+) -> None:
+    died = run(command(goals_path, jobs=2, controller="tested:Dies"), tmp_path)
+    assert died.returncode == 1
+    assert died.stderr.startswith("realbench: error: a worker process died")
+    assert died.stderr.count("\n") == 1
+    assert "--resume" in died.stderr
+    assert 0 < n_tested(tmp_path / "score.json") < 4

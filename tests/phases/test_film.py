@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import resource
+from pathlib import Path
+
+import av
+import numpy as np
+from PIL import Image
+
+from real_bench.goal_sets import GoalSet
+from real_bench.phases.film import STEPS_A_FRAME
+from tests.phases.conftest import FaceGoals
+from tests.recording.bench import SCENE, realbench, start
+
+TRIAL_STEPS = 1030
+
+
+def test_filming_and_drawing_change_no_score(face_goals: FaceGoals, goals: GoalSet) -> None:
+    folders = {"videos": Path("films"), "pictures": Path("pictures")}
+    filmed = face_goals("real_r", n_trials=2, trial_steps=TRIAL_STEPS, **folders)
+    plain = face_goals("real_r", n_trials=2, trial_steps=TRIAL_STEPS, out="plain.json")
+    assert filmed.trials == plain.trials
+    height, width = goals.goals[0].mask.shape
+    for number in range(2):
+        check_film(Path("films") / f"trial-{number:02d}.mp4", goals.goals[number].retina)
+        with Image.open(Path("pictures") / f"trial-{number:02d}.png") as picture:
+            picture.load()
+            assert picture.width >= 3 * width
+            assert picture.height >= height
+
+
+def check_film(path: Path, goal: np.ndarray) -> None:
+    with av.open(str(path)) as film:
+        stream = film.streams.video[0]
+        assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
+        frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(stream)]
+    assert len(frames) == 1 + TRIAL_STEPS // STEPS_A_FRAME
+    assert all(frame.shape == (goal.shape[0], 2 * goal.shape[1], 3) for frame in frames)
+    beside = frames[-1][:, goal.shape[1] :].astype(float)
+    assert np.abs(beside - goal).mean() < 10  # levels of 255: what compression may lose
+    assert np.abs(frames[0].astype(float) - frames[-1]).max() > 50  # something moved
+
+
+def may_not_write_beyond_20_kb() -> None:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+
+def test_a_film_that_cannot_be_written_is_one_clear_error(goals_path: Path, tmp_path: Path) -> None:
+    test = ("extrinsic", "--controller", "real_r", "--condition", "OM", "--scene", SCENE)
+    command = realbench(*test, "--goals", goals_path, "--video", "films", eager=True)
+    process = start(command, tmp_path, may_not_write_beyond_20_kb)
+    _, message = process.communicate()
+    assert process.returncode == 1
+    assert message.startswith("realbench: error: cannot write")
+    assert message.count("\n") == 1

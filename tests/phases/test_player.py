@@ -1,0 +1,175 @@
+"""Controllers of both kinds at play, and what happens when they go wrong."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from real_bench.conditions import CONDITION_NAMES, Condition
+from real_bench.errors import ControllerError, RecordingError
+from real_bench.finding import find_controller
+from real_bench.goal_sets import GoalSet
+from real_bench.recording import Recording
+from real_bench.simulation import Scene
+from real_bench.task import Task
+from tests.phases.conftest import FaceGoals, Play, guest
+from tests.recording.bench import recorded_steps
+
+RAISE = [
+    "Raises",
+    "Exits",
+    "FailsInALibrary",
+    "Recurses",
+    "StepRaises",
+    "StepExits",
+    "MakesABadAction",
+    "ReadsThePast",
+]
+RETURN = [
+    "GivesNone",
+    "GivesADict",
+    "GivesNaN",
+    "GivesInfinity",
+    "GivesTooMany",
+    "GivesALine",
+    "StepGivesNone",
+    "StepGivesNaN",
+    "StepGivesTooFew",
+    "StepGivesAnotherKey",
+    "StepGivesText",
+    "StepGivesTooLargeNumbers",
+    "StepGivesRaggedRender",
+    "StepGivesATensorThatNeedsGradients",
+]
+
+
+def complaint(play: Play, controller: str, steps: int = 3500) -> str:
+    with pytest.raises(ControllerError) as caught:
+        play(controller, steps)
+    message = str(caught.value)
+    assert "\n" not in message
+    assert controller in message
+    return message
+
+
+@pytest.mark.parametrize("name", RAISE)
+def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: str) -> None:
+    controller = guest(f"faulty:{name}")
+    _, first_line = inspect.getsourcelines(find_controller(controller).go_wrong)
+    file = controller.rpartition(":")[0]
+    assert f"{file}, line {first_line + 1}: " in complaint(play, controller)
+
+
+@pytest.mark.parametrize("name", RETURN)
+def test_what_is_no_action_is_told(play: Play, name: str) -> None:
+    assert "returned a bad action" in complaint(play, guest(f"faulty:{name}"))
+
+
+@pytest.mark.parametrize(
+    ("name", "done", "steps"), [("Raises", 2000, 3000), ("StepRaises", 1000, 2400)]
+)
+def test_what_was_done_before_a_fault_is_kept_and_goes_on(
+    play: Play, name: str, done: int, steps: int
+) -> None:
+    controller = guest(f"faulty:{name}")
+    complaint(play, controller, steps)
+    kept = recorded_steps(Path("run.h5"))
+    assert 0 < kept <= done
+    with Recording(play(controller, steps, resume=True)) as recording:
+        assert recording.n_steps == steps
+        assert recording.cuts == [kept]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "StateIsNoDict",
+        "StateFails",
+        "StateCannotBeKept",
+        "StateCannotBeCopied",
+    ],
+)
+def test_a_state_that_is_none_is_told(play: Play, name: str) -> None:
+    with pytest.raises((ControllerError, RecordingError)) as caught:
+        play(guest(f"faulty:{name}"), 1000)
+    assert "\n" not in str(caught.value)
+    assert "controller" in str(caught.value)
+
+
+def test_a_controller_needs_nothing_but_step(play: Play) -> None:
+    with Recording(play(guest("faulty:NoBasePolicy"), 1000)) as recording:
+        assert recording.n_steps == 1000
+
+
+def met() -> list[dict[str, Any]]:
+    """What the witness wrote down."""
+    return [json.loads(line) for line in Path("met.jsonl").read_text().splitlines()]
+
+
+def check_calls(calls: list[dict[str, Any]]) -> None:
+    """``done`` comes with the end, and images come with the step after they were asked for."""
+    observed = [call for call in calls if "keys" in call]
+    assert all(call["reward"] == 0 for call in observed)
+    assert all(call["done"] == call["hook"].startswith("end_") for call in observed)
+    assert all(call["in_space"] for call in observed)
+    steps = [call["sees"] for call in observed if call["hook"] == "step"]
+    assert steps == [k == 0 or k % 3 == 0 for k in range(len(steps))]
+
+
+@pytest.mark.parametrize("condition", ["OJ", "IJ"])
+def test_an_official_controller_plays(play: Play, condition: str) -> None:
+    play(guest("official:Witness"), 8, condition=condition)
+    calls = met()
+    assert [call["hook"] for call in calls] == [
+        "__init__",
+        "start_intrinsic_phase",
+        *["step"] * 8,
+        "end_intrinsic_phase",
+    ]
+    check_calls(calls)
+    told = set(calls[2]["keys"])
+    official = {"joint_positions", "touch_sensors", "retina", "goal"}
+    positions = {"mask", "goal_mask", "object_positions", "goal_positions"}
+    assert official <= told
+    assert told & positions == (positions if condition == "OJ" else set())
+    assert not any(call["sees_goal"] for call in calls if "keys" in call)
+
+
+def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:
+    face_goals(guest("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
+    calls = met()
+    trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial", "end_extrinsic_phase"]
+    assert [call["hook"] for call in calls] == ["__init__", "start_extrinsic_phase", *trial, *trial]
+    for number in range(2):
+        first, *rest = calls[3 + 10 * number :][:8]
+        check_calls([first, *rest])
+        goal = goals.goals[number]
+        assert {call["goal"] for call in (first, *rest)} == {sha256(goal.retina).hexdigest()}
+        name = goals.object_names[0]
+        np.testing.assert_allclose(first["positions"][name], goal.initial_poses[0, :3], atol=1e-9)
+        np.testing.assert_array_equal(first["goal_positions"][name], goal.final_poses[0, :3])
+
+
+@pytest.mark.parametrize("condition", CONDITION_NAMES)
+def test_an_observation_is_read_in_its_time_or_never(scene: Scene, condition: str) -> None:
+    task = Task(scene, Condition.parse(condition), 2)
+    task.begin()
+    seen = task.observe()
+    joints, image = seen["joint_positions"].copy(), seen["retina"].copy()
+    task.simulation.hold([0.3] * 9, 20)
+    task.step(np.full(task.control.size, np.nan))  # go home
+    np.testing.assert_array_equal(seen["joint_positions"], joints)
+    np.testing.assert_array_equal(seen["retina"], image)
+    assert not np.array_equal(task.observe()["joint_positions"], joints)
+    for key in set(seen) - {"joint_positions", "retina"}:
+        with pytest.raises(ControllerError, match=key):
+            seen[key]
+    with pytest.raises(KeyError):
+        seen["score"]
+    task.close()

@@ -1,0 +1,78 @@
+"""What the tests of recordings and of phases share."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from real_bench.recording import Recording
+
+SCENE = "builtin"
+
+EAGER = """
+import real_bench.phases.lengths, real_bench.recording.recorder
+real_bench.recording.recorder.SECONDS_BETWEEN_WRITES = 0.0
+real_bench.phases.lengths.TRIAL_STEPS = 4000
+from real_bench.cli import main
+main()
+"""
+PATIENCE_S = 300.0  # only for what would otherwise hang
+
+
+def realbench(*arguments: object, eager: bool = False) -> list[str]:
+    """The command line of the real program.
+
+    An eager one writes its recording at every action, and makes shorter trials.
+    """
+    program = [Path(sys.executable).with_name("realbench")]
+    if eager:
+        program = [sys.executable, "-c", EAGER]
+    return [str(part) for part in (*program, *arguments)]
+
+
+def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE_S)
+
+
+def start(
+    command: list[str], folder: Path, before: Callable[[], None] | None = None
+) -> subprocess.Popen[str]:
+    """Start a process in a folder; ``before`` is called in it first."""
+    pipe = subprocess.PIPE
+    return subprocess.Popen(
+        command, cwd=folder, stdout=pipe, stderr=pipe, text=True, preexec_fn=before
+    )
+
+
+def recorded_steps(path: Path) -> int:
+    if not path.exists():
+        return 0
+    with Recording(path) as recording:
+        return recording.n_steps
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def wait_for(process: subprocess.Popen[str], condition: Callable[[], bool]) -> None:
+    """Wait until the condition holds, which a process at work must bring about."""
+
+    def holds() -> bool:
+        ended = process.poll() is not None
+        if condition():
+            return True
+        assert not ended, process.communicate()
+        return False
+
+    wait_until(holds)
+
+
+def ignore(report: object) -> None:
+    """Nobody watches the progress."""

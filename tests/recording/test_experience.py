@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from real_bench.conditions import Condition
+from real_bench.errors import RecordingError
+from real_bench.recording import Experience, Recording
+
+OM, IM = Condition.parse("OM"), Condition.parse("IM")
+
+
+def test_it_tells_the_triplets(cut_path: Path, cut_run: Recording) -> None:
+    experience = Experience(cut_path, OM)
+    rows, images = cut_run.transitions, cut_run.images()
+    assert len(experience) == len(rows)
+    positions = cut_run.object_poses[:, :, :3]
+    np.testing.assert_array_equal(experience.positions_before(), positions[rows["precondition"]])
+    np.testing.assert_array_equal(experience.positions_after(), positions[rows["outcome"]])
+    for i, row in enumerate(rows):
+        np.testing.assert_array_equal(experience.image_before(i), images[row["precondition"]])
+        np.testing.assert_array_equal(experience.image_after(i), images[row["outcome"]])
+
+
+def test_its_actions_are_as_long_as_they_were(cut_path: Path, cut_run: Recording) -> None:
+    experience = Experience(cut_path, OM)
+    durations = [experience.action(i).duration for i in range(len(experience))]
+    assert durations == cut_run.transitions["n_steps"].tolist()
+
+
+def test_a_copy_in_another_process_tells_the_same(cut_path: Path) -> None:
+    experience = Experience(cut_path, OM)
+    for twin in (copy.deepcopy(experience), pickle.loads(pickle.dumps(experience))):
+        np.testing.assert_array_equal(twin.positions_after(), experience.positions_after())
+        np.testing.assert_array_equal(twin.image_after(2), experience.image_after(2))
+
+
+def test_a_test_with_images_gets_no_positions(cut_path: Path) -> None:
+    experience = Experience(cut_path, IM)
+    assert experience.image_before(0).any()
+    for positions in (experience.positions_before, experience.positions_after):
+        with pytest.raises(RecordingError, match="no positions"):
+            positions()
+    assert not any(np.shape(value)[1:] == (2, 7) for value in vars(experience).values())
+
+
+def test_a_run_with_images_gives_no_positions(image_path: Path) -> None:
+    with pytest.raises(RecordingError, match="no positions"):
+        Experience(image_path, OM).positions_after()

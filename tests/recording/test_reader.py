@@ -1,0 +1,170 @@
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from real_bench.conditions import Condition
+from real_bench.errors import RecordingError
+from real_bench.recording import Experience, Recording
+from real_bench.recording.schema import FORMAT, SCHEMA_VERSION
+
+
+def refusal(path: Path) -> str:
+    """The one line with which a file is refused."""
+    with pytest.raises(RecordingError) as caught:
+        Recording(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert "\n" not in message
+    return message
+
+
+def test_a_truncated_file_is_refused_at_every_length(cut_path: Path, tmp_path: Path) -> None:
+    content, damaged = cut_path.read_bytes(), tmp_path / "run.h5"
+    lengths = {*range(0, len(content), len(content) // 150), *range(100), len(content) - 1}
+    for length in lengths:
+        damaged.write_bytes(content[:length])
+        assert "damaged" in refusal(damaged)
+
+
+def nothing(path: Path) -> None:
+    pass
+
+
+def text(path: Path) -> None:
+    path.write_text("x, y, z\n" * 50)
+
+
+def numpy_array(path: Path) -> None:
+    with path.open("wb") as file:
+        np.save(file, np.zeros((100, 7)))
+
+
+def other_hdf5(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file["transitions"] = np.zeros(3)
+
+
+def only_the_name(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file.attrs.update({"format": FORMAT, "schema_version": SCHEMA_VERSION})
+
+
+@pytest.mark.parametrize(
+    "make",
+    [text, numpy_array, other_hdf5, only_the_name, Path.touch, Path.mkdir, lambda path: None],
+)
+def test_what_is_no_recording_is_refused(make: Callable[[Path], Any], tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    make(path)
+    refusal(path)
+
+
+def test_a_newer_schema_is_refused_with_a_remedy(cut_path: Path, tmp_path: Path) -> None:
+    assert "install a newer" in refusal(altered(cut_path, tmp_path, set_version))
+
+
+def altered(source: Path, folder: Path, alter: Callable[[h5py.File], object]) -> Path:
+    path = Path(shutil.copy(source, folder / "altered.h5"))
+    with h5py.File(path, "r+") as file:
+        alter(file)
+    return path
+
+
+def set_version(file: h5py.File) -> None:
+    file.attrs["schema_version"] = SCHEMA_VERSION + 1
+
+
+def lose_a_state(file: h5py.File) -> None:
+    file["states"].resize(len(file["states"]) - 1, axis=0)
+
+
+def lose_an_image(file: h5py.File) -> None:
+    file["images"].resize(len(file["images"]) - 1, axis=0)
+
+
+def lose_a_command(file: h5py.File) -> None:
+    file["commands"].resize(len(file["commands"]) - 1, axis=0)
+
+
+def lose_a_triplet(file: h5py.File) -> None:
+    file["transitions"].resize(len(file["transitions"]) - 1, axis=0)
+
+
+def lose_the_poses(file: h5py.File) -> None:
+    del file["ground_truth"]
+
+
+def count_a_step_more(file: h5py.File) -> None:
+    file.attrs["n_steps"] += 1
+
+
+def point_nowhere(file: h5py.File) -> None:
+    rows = file["transitions"][()]
+    rows["outcome"][-1] += 1
+    file["transitions"][:] = rows
+
+
+def forget_the_seed(file: h5py.File) -> None:
+    del file.attrs["seed"]
+
+
+def garble_the_versions(file: h5py.File) -> None:
+    file.attrs["versions"] = "{"
+
+
+def use_a_condition_that_is_none(file: h5py.File) -> None:
+    file.attrs["condition"] = "XY"
+
+
+@pytest.mark.parametrize(
+    "alter",
+    [
+        lose_a_state,
+        lose_an_image,
+        lose_a_command,
+        lose_a_triplet,
+        lose_the_poses,
+        count_a_step_more,
+        point_nowhere,
+        forget_the_seed,
+        garble_the_versions,
+    ],
+)
+def test_rows_that_do_not_fit_together_are_refused(
+    alter: Callable[[h5py.File], None], cut_path: Path, tmp_path: Path
+) -> None:
+    refusal(altered(cut_path, tmp_path, alter))
+
+
+def test_an_unknown_condition_is_refused_with_the_name_of_the_file(
+    cut_path: Path, tmp_path: Path
+) -> None:
+    refusal(altered(cut_path, tmp_path, use_a_condition_that_is_none))
+
+
+@pytest.mark.parametrize("attribute", ["format", "schema_version"])
+def test_attributes_of_a_strange_type_are_refused(
+    attribute: str, cut_path: Path, tmp_path: Path
+) -> None:
+    def alter(file: h5py.File) -> None:
+        file.attrs[attribute] = np.array([1, 2])
+
+    refusal(altered(cut_path, tmp_path, alter))
+
+
+def test_a_damaged_image_is_one_clear_error(cut_path: Path, tmp_path: Path) -> None:
+    path = Path(shutil.copy(cut_path, tmp_path / "altered.h5"))
+    with h5py.File(path) as file:
+        chunk = file["images"].id.get_chunk_info(0)
+    with path.open("r+b") as raw:
+        raw.seek(chunk.byte_offset)
+        raw.write(b"\xff" * 64)
+    with pytest.raises(RecordingError, match=str(path)):
+        Experience(path, Condition.parse("OM")).image_before(0)

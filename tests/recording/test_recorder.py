@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from real_bench.conditions import Condition
+from real_bench.recording import Experience, Recording
+from real_bench.simulation import Scene
+from real_bench.task import Task
+from tests.recording.conftest import CUT_AT, CUT_RUN_STEPS
+
+
+def test_steps_and_commands_are_counted_without_gap(cut_run: Recording) -> None:
+    rows = cut_run.transitions
+    durations, counts = rows["n_steps"], rows["n_commands"]
+    assert rows["first_step"].tolist() == [0, *np.cumsum(durations)[:-1]]
+    assert rows["first_command"].tolist() == [0, *np.cumsum(counts)[:-1]]
+    assert cut_run.n_steps == cut_run.total_steps == CUT_RUN_STEPS == durations.sum()
+    assert durations.tolist() == [1000, 1000, 1000, 500, 1000, 1000, 700]
+    steps = cut_run.states["step"]
+    assert (steps[rows["precondition"]] == rows["first_step"]).all()
+    assert (steps[rows["outcome"]] == rows["first_step"] + durations).all()
+
+
+def test_an_outcome_is_the_next_precondition_but_at_a_cut(cut_run: Recording) -> None:
+    rows = cut_run.transitions
+    continues = rows["outcome"][:-1] == rows["precondition"][1:]
+    assert cut_run.cuts == [CUT_AT]
+    assert (continues == (rows["first_step"][1:] != CUT_AT)).all()
+    assert (rows["outcome"] == rows["precondition"] + 1).all()
+
+
+def test_the_world_goes_on_where_it_was_cut(cut_run: Recording) -> None:
+    rows = cut_run.transitions
+    first = int(np.flatnonzero(rows["first_step"] == CUT_AT)[0])
+    before, after = rows["outcome"][first - 1], rows["precondition"][first]
+    poses, joints = cut_run.object_poses, cut_run.states["joint_positions"]
+    np.testing.assert_allclose(poses[after], poses[before], atol=1e-12)
+    np.testing.assert_allclose(joints[after], joints[before], atol=1e-12)
+
+
+def test_executing_the_recorded_actions_again_gives_the_recording(
+    cut_path: Path, cut_run: Recording, scene: Scene
+) -> None:
+    """Poses, joints, touch and images, to the last bit."""
+    experience, rows = Experience(cut_path, Condition.parse("OM")), cut_run.transitions
+    states, poses, images = cut_run.states, cut_run.object_poses, cut_run.images()
+    task = Task(scene, Condition.parse("OM"), 2)
+
+    def check(row: int) -> None:
+        seen = task.observe()
+        np.testing.assert_array_equal(seen["retina"], images[row])
+        np.testing.assert_array_equal(task.simulation.object_poses(), poses[row])
+        for key in ("joint_positions", "touch_sensors"):
+            np.testing.assert_array_equal(seen[key], states[key][row])
+
+    for i, (before, after) in enumerate(zip(rows["precondition"], rows["outcome"], strict=True)):
+        if rows["first_step"][i] in (0, *cut_run.cuts):
+            joints = states["joint_positions"][before - 1] if i else None
+            task.begin(object_poses=poses[before - 1] if i else None, joint_positions=joints)
+        check(before)
+        task.execute(experience.action(i))
+        check(after)
+    task.close()
+
+
+def test_something_was_moved_and_seen_to_move(cut_run: Recording) -> None:
+    rows, images = cut_run.transitions, cut_run.images()
+    poses = cut_run.object_poses[:, :, :3]
+    far = np.linalg.norm(poses[rows["outcome"]] - poses[rows["precondition"]], axis=2)
+    np.testing.assert_allclose(cut_run.displacements(), far)
+    assert cut_run.share_moved() == pytest.approx((far.max(axis=1) > 0.01).mean())
+    assert far.max() > 0.01
+    assert any((images[k] != images[k + 1]).any() for k in range(len(images) - 1))
+
+
+def test_three_hundred_images_take_less_than_a_megabyte(image_path: Path) -> None:
+    with Recording(image_path) as recording:
+        n_images = recording.n_images
+    assert n_images == 21
+    assert image_path.stat().st_size / n_images * 300 < 1e6
+
+
+def test_nothing_lies_beside_a_finished_recording(cut_path: Path, image_path: Path) -> None:
+    for path in (cut_path, image_path):
+        assert list(path.parent.iterdir()) == [path]

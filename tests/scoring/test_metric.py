@@ -1,0 +1,63 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from real_bench.scoring import DECAY, distances, goal_score, object_scores
+
+DISTANCES = st.floats(0, 20)  # metres
+LENGTHS = st.floats(-5, 5)
+POINTS = st.lists(st.tuples(LENGTHS, LENGTHS, LENGTHS), min_size=1, max_size=3)
+
+
+@pytest.mark.parametrize(
+    ("distance", "score"), [(0, 1), (0.05, 0.5), (0.10, 0.25), (0.20, 0.0625), (0.30, 0.015625)]
+)
+def test_scores_by_hand(distance: float, score: float) -> None:
+    assert object_scores([distance])[0] == pytest.approx(score, rel=1e-12)
+
+
+def test_the_constant_is_the_papers() -> None:
+    assert pytest.approx(13.862943611198906, rel=1e-15) == DECAY
+
+
+def test_a_goal_sums_its_objects() -> None:
+    goal = np.array([[0, 0, 0.5], [0.1, 0.2, 0.5], [-0.2, 0, 0.4]])
+    reached = goal + np.array([[0, 0, 0], [0.06, 0.08, 0], [0, 0, -0.05]])
+    np.testing.assert_allclose(distances(reached, goal), [0, 0.10, 0.05], atol=1e-12)
+    assert goal_score(reached, goal) == pytest.approx(1 + 0.25 + 0.5)
+
+
+@given(DISTANCES, DISTANCES)
+def test_a_score_falls_with_the_distance(near: float, far: float) -> None:
+    near, far = sorted([near, far])
+    at_near, at_far = object_scores([near, far])
+    assert 0 < at_far <= at_near <= 1
+    if far - near > 1e-9:
+        assert at_far < at_near
+
+
+@given(DISTANCES, DISTANCES)
+def test_distances_that_add_up_multiply_their_scores(one: float, other: float) -> None:
+    product = math.prod(object_scores([one, other]).tolist())
+    assert object_scores([one + other])[0] == pytest.approx(product, rel=1e-9)
+
+
+@given(st.data(), POINTS)
+def test_only_the_way_to_the_goal_counts(
+    data: st.DataObject, goal: list[tuple[float, float, float]]
+) -> None:
+    """Shifting both, or swapping them, changes nothing; the order of objects neither."""
+    points = st.tuples(LENGTHS, LENGTHS, LENGTHS)
+    reached = data.draw(st.lists(points, min_size=len(goal), max_size=len(goal)))
+    score = goal_score(reached, goal)
+    assert 0 < score <= len(goal)
+    shift = np.array(data.draw(points))
+    assert goal_score(reached + shift, goal + shift) == pytest.approx(score, rel=1e-9)
+    assert goal_score(goal, reached) == score
+    assert goal_score(reached[::-1], goal[::-1]) == pytest.approx(score, rel=1e-12)
+    assert goal_score(goal, goal) == len(goal)
