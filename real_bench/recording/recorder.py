@@ -130,7 +130,8 @@ class Recorder:
         if self._marked is None:
             return
         lengths, n_steps, state, ended = self._marked
-        self._file.append(self._batch(self._rows.take(lengths), n_steps, state, ended))
+        self._file.append(self._batch(self._rows.first(lengths), n_steps, state, ended))
+        self._rows.drop(lengths)
         self._marked = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
@@ -192,12 +193,14 @@ class _Rows:
         """How many rows there are of each."""
         return {name: len(rows) for name, rows in vars(self).items()}
 
-    def take(self, lengths: dict[str, int]) -> _Rows:
-        """The first rows of each, which no longer wait."""
-        taken = _Rows(**{name: getattr(self, name)[:n] for name, n in lengths.items()})
+    def first(self, lengths: dict[str, int]) -> _Rows:
+        """The first rows of each."""
+        return _Rows(**{name: getattr(self, name)[:n] for name, n in lengths.items()})
+
+    def drop(self, lengths: dict[str, int]) -> None:
+        """The first rows of each no longer wait."""
         for name, n in lengths.items():
             del getattr(self, name)[:n]
-        return taken
 
 
 def _check_resumable(recording: Recording, header: Header, steps: int) -> None:

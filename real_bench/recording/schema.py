@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.recording.header import Header
-from real_bench.recording.state import State
+from real_bench.recording.state import State, state_bytes
 from real_bench.simulation.scene import Camera
 
 FORMAT = "realbench-run"
@@ -93,7 +93,8 @@ class Batch:
         """What writing the batch may take on the disk at most; images shrink to a tenth or less."""
         rows = self.datasets()
         images = rows.pop("images", np.empty(0))
-        return 2 * sum(array.nbytes for array in rows.values()) + images.nbytes // 8
+        n_bytes = sum(array.nbytes for array in rows.values()) + state_bytes(self.controller_state)
+        return 2 * n_bytes + images.nbytes // 8
 
 
 def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -> None:

@@ -20,6 +20,7 @@ of these. No pickle: a state can be read anywhere, and runs no code."""
 
 _TREE = "structure"
 _MARK = "__kept_as__"
+_DATASET_BYTES = 512  # what a dataset takes beside its numbers
 _LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 
@@ -44,6 +45,13 @@ def load_state(group: h5py.Group) -> State:
 def check_state(state: State) -> None:
     """Raise RecordingError where a state could not be kept."""
     _strip_all(state, [])
+
+
+def state_bytes(state: State) -> int:
+    """About how much room a state takes in a file."""
+    datasets: list[np.ndarray[Any, Any]] = []
+    tree = _strip_all(state, datasets)
+    return len(tree) + sum(array.nbytes + _DATASET_BYTES for array in datasets)
 
 
 def _strip_all(state: State, datasets: list[np.ndarray[Any, Any]]) -> str:

@@ -48,6 +48,7 @@ class AppendOnlyFile:
         self._spare = self._visible.with_name(f".{self._visible.name}.spare")
         self._lock = FileLock(self._visible.with_name(f".{self._visible.name}.lock"), timeout=0)
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
+        self._in_doubt = False  # whether an append was interrupted, perhaps after it was done
         try:
             self._lock.acquire()
         except Timeout as error:
@@ -68,6 +69,9 @@ class AppendOnlyFile:
     def append(self, batch: Batch) -> None:
         """Add rows; raises RecordingError, with the visible file as it was, where that fails."""
         with self._all_or_nothing():
+            if self._in_doubt and self._has_steps_of(batch):
+                return
+            self._in_doubt = True
             if self._behind is None or not self._is_only_ours():
                 self._hidden.unlink(missing_ok=True)
                 shutil.copyfile(self._visible, self._hidden)
@@ -75,6 +79,7 @@ class AppendOnlyFile:
                 self._write(self._behind)
             self._write(batch)
             self._behind = batch if self._swap() else None
+            self._in_doubt = False
 
     def close(self) -> None:
         """Remove the hidden files and let others write."""
@@ -82,6 +87,11 @@ class AppendOnlyFile:
             self._discard_copies()
             Path(self._lock.lock_file).unlink(missing_ok=True)
             self._lock.release()
+
+    def _has_steps_of(self, batch: Batch) -> bool:
+        """Whether the rows of an append that was interrupted are in the visible file."""
+        with h5py.File(self._visible, "r") as file:
+            return len(batch.transitions) > 0 and int(file.attrs["n_steps"]) >= batch.n_steps
 
     def _write(self, batch: Batch) -> None:
         self._reserve(batch.most_bytes)
