@@ -103,7 +103,6 @@ def test_pressing_ctrl_c_twice_during_a_write_loses_nothing(
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
-@pytest.mark.xfail(strict=True, reason="recorder.py: what was just written is written again")
 def test_pressing_ctrl_c_twice_just_after_a_write_loses_nothing(
     play: Play, monkeypatch: pytest.MonkeyPatch
 ) -> None:
