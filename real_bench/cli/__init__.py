@@ -62,7 +62,11 @@ def main(arguments: list[str] | None = None) -> Any:
     try:
         return cli.main(args=arguments, prog_name="realbench", standalone_mode=False)
     except click.ClickException as error:
-        error.show()
+        command = (
+            error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else ""
+        )
+        hint = f" (see `{command} --help`)" if command else ""
+        click.echo(f"realbench: error: {error.format_message()}{hint}", err=True)
         sys.exit(error.exit_code)
     except Interrupted as error:
         click.echo(f"realbench: {error}", err=True)

@@ -22,6 +22,27 @@ scene_option = click.option(
     "--scene", default="official", show_default=True, help="A scene's name, or its manifest."
 )
 
+GOALS_EPILOG = """\b
+Example:
+  realbench goals generate --objects 1 --seed 7 --out goals.npy
+  realbench goals show goals.npy
+"""
+
+GENERATE_EPILOG = """\b
+Example:
+  realbench goals generate --objects 2 --seed 7 --out goals.npy
+"""
+
+SHOW_EPILOG = """\b
+Example:
+  realbench goals show goals.npy --out sheet.png
+"""
+
+IMPORT_EPILOG = """\b
+Example:
+  realbench goals import official-2-objects.npz --out goals.npy
+"""
+
 
 def how_many(default: int) -> dict[str, Any]:
     """What an option for a number of goals has in common with the others."""
@@ -29,18 +50,12 @@ def how_many(default: int) -> dict[str, Any]:
     return {"type": kind, "default": default, "show_default": True, "metavar": "N"}
 
 
-@click.group()
+@click.group(epilog=GOALS_EPILOG)
 def goals() -> None:
-    r"""Draw, import and look at goals.
-
-    \b
-    Example:
-      realbench goals generate --objects 1 --seed 7 --out goals.npy
-      realbench goals show goals.npy
-    """
+    """Draw, import and look at goals."""
 
 
-@goals.command()
+@goals.command(epilog=GENERATE_EPILOG)
 @click.option(
     "--objects", type=click.IntRange(min=1), default=1, show_default=True, help="How many objects."
 )
@@ -70,12 +85,7 @@ def generate(
     n_3d: int,
     overwrite: bool,
 ) -> None:
-    r"""Draw goals by the rules of the official sets; the same seed gives the same file.
-
-    \b
-    Example:
-      realbench goals generate --objects 2 --seed 7 --out goals.npy
-    """
+    """Draw goals by the rules of the official sets; the same seed gives the same file."""
     from real_bench.files import check_output
     from real_bench.goal_sets import save_goal_set
     from real_bench.simulation import load_scene
@@ -89,17 +99,12 @@ def generate(
     _report(goal_set, out)
 
 
-@goals.command()
+@goals.command(epilog=SHOW_EPILOG)
 @click.argument("file", type=existing_file)
 @click.option("--out", type=output_file, help="The picture.  [default: FILE with suffix .png]")
 @options.overwrite_option
 def show(file: Path, out: Path | None, overwrite: bool) -> None:
-    r"""Draw a picture of all goals: start and goal side by side.
-
-    \b
-    Example:
-      realbench goals show goals.npy --out sheet.png
-    """
+    """Draw a picture of all goals: start and goal side by side."""
     import io
 
     from real_bench.files import check_output, write_whole
@@ -116,19 +121,15 @@ def show(file: Path, out: Path | None, overwrite: bool) -> None:
     _report(goal_set, sheet)
 
 
-@goals.command("import")
+@goals.command("import", epilog=IMPORT_EPILOG)
 @click.argument("official", type=existing_file)
 @click.option("--out", type=output_file, required=True, help="The goal set to write.")
 @scene_option
 @options.overwrite_option
 def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> None:
-    r"""Turn a goal file of the official package (.npz) into a goal set.
+    """Turn a goal file of the official package (.npz) into a goal set.
 
     The file is a pickle; it is read as data, and no code in it is run.
-
-    \b
-    Example:
-      realbench goals import official-2-objects.npz --out goals.npy
     """
     from real_bench.files import check_output
     from real_bench.goal_sets import import_official, save_goal_set

@@ -177,7 +177,8 @@ class GoalSet:
         if scene.sha256 != self.scene_sha256:
             raise GoalSetError(
                 f"the goals were made in scene {self.scene} ({self.scene_sha256[:12]}), "
-                f"the run uses {scene.name} ({scene.sha256[:12]}): use goals made in that scene"
+                f"the run uses {scene.name} ({scene.sha256[:12]}): use goals of that scene "
+                f"(realbench goals generate --scene {scene.source})"
             )
 
     def _check_origin(self) -> None:

@@ -94,16 +94,21 @@ class ExtrinsicPhase:
         if not resume:
             return Result(setting=setting)
         result = load_result(self.out)
-        if result.setting != setting:
-            changed = [
-                name
-                for name in Setting.model_fields
-                if getattr(result.setting, name) != getattr(setting, name)
-            ]
+        changed = [
+            name
+            for name in Setting.model_fields
+            if name != "n_goals" and getattr(result.setting, name) != getattr(setting, name)
+        ]
+        if changed:
             raise ResultError(
                 f"{self.out} cannot be resumed, it is of another test: {', '.join(changed)} differ"
             )
-        return result
+        if result.trials and result.trials[-1].goal >= self.n_trials:
+            raise ResultError(
+                f"{self.out} already holds goal {result.trials[-1].goal}, beyond the "
+                f"{self.n_trials} trials asked"
+            )
+        return result.model_copy(update={"setting": setting})
 
     def _trials(
         self, result: Result, guest: Guest | None, stop: StopRequest

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from rich.console import Group
 from rich.table import Table
 
 from real_bench.scoring.result import Result
 from real_bench.scoring.summary import TOTAL, ClassSummary
 
 
-def score_table(result: Result) -> Table:
-    """A table of the classes of goals and the total."""
+def score_table(result: Result) -> Group:
+    """What was tested, and a table of the classes of goals and the total."""
     setting = result.setting
+    objects = "1 object" if setting.objects == 1 else f"{setting.objects} objects"
     learned = f"after {setting.run_steps:,} steps of play" if setting.run_steps else "without play"
-    table = Table(
-        title=f"{setting.controller} in REAL_{setting.condition}, {setting.objects} object(s), "
-        f"scene {setting.scene}, {learned}"
-    )
+    told = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
+    table = Table()
     table.add_column("class")
     for heading in ("goals", "mean score", "95% interval", "distance (m)"):
         table.add_column(heading, justify="right")
@@ -23,7 +23,7 @@ def score_table(result: Result) -> Table:
         if row.name == TOTAL:
             table.add_section()
         table.add_row(*_cells(row))
-    return table
+    return Group(f"{told}, {learned}", table)
 
 
 def _cells(row: ClassSummary) -> tuple[str, ...]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -210,6 +211,23 @@ def test_a_test_that_is_stopped_says_how_to_go_on(
     assert message.count("\n") == 1
     assert "--resume" in message
     check_that_it_goes_on(goals_path, uninterrupted, tmp_path)
+
+
+@LINUX
+@pytest.mark.xfail(strict=True, reason="extrinsic.py: workers die of Ctrl-C before they ignore it")
+def test_a_test_can_be_stopped_while_its_workers_start(goals_path: Path, tmp_path: Path) -> None:
+    (tmp_path / "go").touch()
+    process = start(command(goals_path, jobs=2), tmp_path, os.setsid)
+    wait_for(process, lambda: len(children(process.pid)) >= 3)  # one of them counts resources
+    os.killpg(process.pid, signal.SIGINT)
+    try:
+        _, message = process.communicate(timeout=40)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    assert process.returncode == 130
+    assert message.count("\n") == 1
+    assert "--resume" in message
 
 
 def check_that_it_goes_on(goals_path: Path, uninterrupted: Path, folder: Path) -> None:
