@@ -1,4 +1,4 @@
-# Everything goes through these targets; CI calls `make check` and nothing else.
+# Everything goes through these targets; CI runs what `make check` runs.
 PYTHON ?= python3
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin

@@ -33,6 +33,9 @@ Command = NDArray[np.float64]
 ACTION_STEPS = 1000
 """How long an action of the paper's Explorer lasts, and a macro."""
 
+LARGEST_NUMBER = 1e6
+"""Metres or radians beyond this are no command of anybody's."""
+
 VIA_POINT_STEPS = 850
 """Steps of a via-point action that follow the points; the rest is spent at home."""
 
@@ -53,6 +56,8 @@ class Action:
     line: NDArray[np.bool_]
 
     def __post_init__(self) -> None:
+        for name, kind in (("commands", np.float64), ("n_steps", np.int64), ("line", np.bool_)):
+            object.__setattr__(self, name, _own(getattr(self, name), name, kind))
         k = len(self.commands)
         if self.commands.ndim != 2 or k == 0:
             raise ActionError(
@@ -64,8 +69,9 @@ class Action:
             raise ActionError(
                 f"every command must last at least one step, not {self.n_steps.tolist()}"
             )
-        for array in (self.commands, self.n_steps, self.line):
-            array.setflags(write=False)
+        numbers = self.commands[~np.isnan(self.commands)]
+        if (np.abs(numbers) > LARGEST_NUMBER).any():
+            raise ActionError(f"commands must be finite numbers, not {self.commands.tolist()}")
 
     @property
     def duration(self) -> int:
@@ -75,7 +81,7 @@ class Action:
     @classmethod
     def hold(cls, command: ArrayLike, n_steps: int) -> Action:
         """One command for some steps."""
-        vector = np.array(command, np.float64).reshape(1, -1)
+        vector = _finite(_any_numbers(command, "a command").reshape(1, -1), "a command")
         return cls(vector, np.array([n_steps]), np.array([False]))
 
     @classmethod
@@ -90,7 +96,7 @@ class Action:
         The home posture and the n points are joined by straight lines over 850 steps, point k
         reached at the floor of its evenly spaced step; then 150 steps of home.
         """
-        vias = np.array(points, np.float64)
+        vias = _finite(_any_numbers(points, "via points"), "via points")
         if vias.ndim != 2 or vias.shape[1] != 9 or len(vias) == 0:
             raise ActionError(f"via points must be of shape (n, 9), not {vias.shape}")
         reached = np.floor(np.linspace(0, VIA_POINT_STEPS, len(vias) + 1)).astype(np.int64)
@@ -103,7 +109,7 @@ class Action:
     @classmethod
     def poses(cls, commands: ArrayLike) -> Action:
         """Cartesian commands (n, 9), each for an equal part of 1000 steps."""
-        vectors = np.array(commands, np.float64)
+        vectors = _finite(_any_numbers(commands, "commands"), "commands")
         if vectors.ndim != 2:
             raise ActionError(f"commands must be of shape (n, size), not {vectors.shape}")
         ends = np.floor(np.linspace(0, ACTION_STEPS, len(vectors) + 1)).astype(np.int64)
@@ -112,7 +118,7 @@ class Action:
     @classmethod
     def rest(cls, size: int, n_steps: int = ACTION_STEPS) -> Action:
         """No command: go home and stay there. ``size`` is that of a command vector."""
-        return cls.hold(np.full(size, np.nan), n_steps)
+        return cls(np.full((1, size), np.nan), np.array([n_steps]), np.array([False]))
 
     def first(self, n_steps: int) -> Action:
         """The first steps of the action; the action itself where it is no longer than that."""
@@ -348,10 +354,27 @@ def _check_keys(action: object, keys: tuple[str, ...]) -> None:
 def _vector(value: object, what: str, size: int) -> Command:
     if value is None:
         return np.full(size, np.nan)
-    vector = _numbers(value, what, size).reshape(-1)
-    if not np.isfinite(vector).all():
+    return _finite(_numbers(value, what, size).reshape(-1), what)
+
+
+def _finite(vector: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    if not (np.abs(vector) <= LARGEST_NUMBER).all():
         raise ActionError(f"{what} must be finite numbers, not {vector.tolist()}")
     return vector
+
+
+def _own(value: object, what: str, kind: type[Any]) -> NDArray[Any]:
+    """A read-only copy of an action's array, as the kind of numbers that it must be."""
+    try:
+        given = np.array(value)
+        with np.errstate(invalid="ignore"):  # NaN as a whole number is refused below
+            array = given.astype(kind)
+    except Exception as error:  # a stranger's object may raise anything
+        raise ActionError(f"{what} must be numbers, not {_short(value)}") from error
+    if kind is not np.float64 and not np.array_equal(given, array):
+        raise ActionError(f"{what} must be whole numbers, not {_short(value)}")
+    array.setflags(write=False)
+    return array
 
 
 def _numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
@@ -362,6 +385,13 @@ def _numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
     if numbers.size != size:
         raise ActionError(f"{what} must be {size} numbers, not of shape {numbers.shape}")
     return numbers
+
+
+def _any_numbers(value: object, what: str) -> NDArray[np.float64]:
+    try:
+        return np.array(value, np.float64)
+    except Exception as error:  # a stranger's object may raise anything
+        raise ActionError(f"{what} must be numbers, not {_short(value)}") from error
 
 
 def _short(value: object) -> str:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import wants_render
 from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.phases.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.scoring.metric import goal_score
@@ -61,6 +62,10 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
             goal_set.check_fits(loaded, objects)
         self._goal_set = goal_set
         self._next_goals: Iterator[Goal] = cycle(goal_set.goals if goal_set else ())
+        if max_steps is not None and max_steps < 1:
+            raise RealBenchError(f"max_steps must be at least 1, not {max_steps}")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise RealBenchError(f"render_mode must be rgb_array or human, not {render_mode!r}")
         self._max_steps = max_steps or (TRIAL_STEPS if goal_set else INTRINSIC_STEPS)
         self.render_mode = render_mode
         self._task = Task(loaded, Condition.parse(condition), objects, gui=render_mode == "human")
@@ -72,6 +77,8 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin anew in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
         super().reset(seed=seed)
+        if seed is not None and self._goal_set is not None:
+            self._next_goals = cycle(self._goal_set.goals)
         self._task.begin(self._choose_goal(options or {}))
         return self._task.observe().now(), {}
 
@@ -96,7 +103,11 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         if self._goal_set is None:
             return None
         if "goal" in options:
-            return self._goal_set.goals[int(options["goal"])]
+            number, n_goals = options["goal"], len(self._goal_set)
+            if number not in range(n_goals):
+                raise RealBenchError(f"goal must be 0 to {n_goals - 1}, not {number!r}")
+            chosen: Goal = self._goal_set.goals[number]
+            return chosen
         return next(self._next_goals)
 
     def _info(self, truncated: bool) -> dict[str, Any]:

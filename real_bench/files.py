@@ -5,7 +5,11 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from filelock import FileLock, Timeout
 
 from real_bench.errors import RealBenchError
 
@@ -16,6 +20,7 @@ class OutputError(RealBenchError):
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or, after any failure, as it was before."""
+    path = path.resolve()  # a link stays a link
     try:
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
@@ -39,6 +44,27 @@ def file_sha256(path: Path) -> str:
         while chunk := file.read(1 << 20):
             digest.update(chunk)
     return digest.hexdigest()
+
+
+@contextmanager
+def write_lock(path: Path) -> Iterator[None]:
+    """Be the only process that writes a file; raises OutputError where another one does.
+
+    The lock dies with the process that holds it.
+    """
+    path = path.resolve()
+    lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise OutputError(f"{path.name} is being written by another process") from error
+    except OSError as error:
+        raise OutputError(f"cannot write into {path.parent}: {error.strerror or error}") from error
+    try:
+        yield
+    finally:
+        Path(lock.lock_file).unlink(missing_ok=True)
+        lock.release()
 
 
 def check_output(path: Path, *, overwrite: bool, remedy: str = "--overwrite") -> None:

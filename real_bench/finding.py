@@ -7,6 +7,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
@@ -31,10 +32,18 @@ def find_controller(spec: str) -> type[Any]:
     _offer_official_import()
     target, _, class_name = spec.partition(":")
     if target.endswith(".py"):
-        return _pick_class(_load_file(Path(target)), class_name, spec)
+        return _pick_class(_load_file(Path(target).resolve(), spec), class_name, spec)
     if class_name:
         return _pick_class(_load_module(target, spec), class_name, spec)
     return _load_named(spec)
+
+
+def resolved(spec: str) -> str:
+    """The same controller as seen from any folder: a file by its whole path."""
+    target, _, class_name = spec.partition(":")
+    if not target.endswith(".py"):
+        return spec
+    return f"{Path(target).resolve()}{':' if class_name else ''}{class_name}"
 
 
 def source_file(controller: type[Any]) -> Path | None:
@@ -89,9 +98,11 @@ def _load_module(name: str, spec: str) -> ModuleType:
         raise ControllerError(f"controller {spec} cannot be loaded: {blame(error)}") from error
 
 
-def _load_file(path: Path) -> ModuleType:
+@cache
+def _load_file(path: Path, spec_given: str) -> ModuleType:
+    """The module of a file, run once in a process however often it is asked for."""
     if not path.is_file():
-        raise ControllerError(f"the controller file {path} does not exist")
+        raise ControllerError(f"the controller file {spec_given.partition(':')[0]} does not exist")
     name = f"real_bench_user_{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
@@ -108,7 +119,7 @@ def _load_file(path: Path) -> ModuleType:
         if isinstance(error, KeyboardInterrupt):
             raise
         raise ControllerError(
-            f"controller {path} cannot be loaded: {blame(error, str(path))}"
+            f"controller {spec_given} cannot be loaded: {blame(error, str(path))}"
         ) from error
     return module
 
@@ -123,6 +134,7 @@ def _pick_class(module: ModuleType, class_name: str, spec: str) -> type[Any]:
         for value in vars(module).values()
         if inspect.isclass(value) and value.__module__ == module.__name__ and _plays(value)
     ]
+    own = list(dict.fromkeys(own))  # a class may have two names
     if len(own) != 1:
         found = ", ".join(value.__name__ for value in own) or "none"
         raise ControllerError(

@@ -79,6 +79,13 @@ def test_poses_share_a_thousand_steps(n_poses: int) -> None:
         lambda: Action.macro([1, 2, 3]),
         lambda: Action.macro("push"),
         lambda: Action.hold([0.0] * 9, 0),
+        lambda: Action.hold([0.0] * 9, 1.5),  # type: ignore[arg-type]
+        lambda: Action.hold([0.0] * 9, np.nan),  # type: ignore[arg-type]
+        lambda: Action.hold([np.inf] * 9, 10),
+        lambda: Action.macro(np.full((2, 2), np.nan)),
+        lambda: Action.macro([[1e200, 0], [-1e200, 0]]),
+        lambda: Action.via_points(np.full((2, 9), np.nan)),
+        lambda: Action.via_points([object()] * 9),
         lambda: Action(np.zeros((2, 9)), np.array([1]), np.array([False])),
     ],
 )
@@ -138,8 +145,7 @@ def test_none_is_the_absence_of_a_command(control: Any, action: Any) -> None:
     [
         (None, "not NoneType"),
         (Action.hold([0.0] * 4, 10), r"shape \(k, 9\)"),
-        (Action.hold([0.0] * 8 + [np.nan], 10), "finite"),
-        (Action.hold([np.inf] * 9, 10), "finite"),
+        (Action(np.array([[0.0] * 8 + [np.nan]]), np.array([9]), np.array([False])), "finite"),
     ],
 )
 def test_a_bad_whole_action_says_what_is_wrong(action: Any, message: str) -> None:

@@ -74,6 +74,11 @@ def main(arguments: list[str] | None = None) -> Any:
     except RealBenchError as error:
         click.echo(f"realbench: error: {error}", err=True)
         sys.exit(1)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        click.echo(f"realbench: error: {error.filename}: {error.strerror}", err=True)
+        sys.exit(1)
     except (click.Abort, KeyboardInterrupt):
         click.echo("realbench: interrupted", err=True)
         sys.exit(130)

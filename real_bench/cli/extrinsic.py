@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from pathlib import Path
@@ -97,11 +98,15 @@ def plan_trials(
     from real_bench.phases.trial import TrialPlan
     from real_bench.simulation import DEFAULT_SCENE, load_scene
 
-    path, header = _find_run(run)
+    path, header = _find_run(run, optional=controller is not None)
     given = load_goal_set(goals) if goals else None
-    n_objects = objects or (header.objects if header else given.n_objects if given else 1)
-    loaded = load_scene(scene or (header.scene_source if header else DEFAULT_SCENE))
-    wanted = Condition.parse(condition or (header.condition if header else "IM"))
+    known = header.objects if header else given.n_objects if given else 1
+    n_objects = known if objects is None else objects
+    scene = (header.scene_source if header else DEFAULT_SCENE) if scene is None else scene
+    condition = (header.condition if header else "IM") if condition is None else condition
+    loaded = load_scene(scene)
+    loaded.object_names(n_objects)
+    wanted = Condition.parse(condition)
     if header and (misfits := header.misfits(wanted, n_objects, loaded.sha256)):
         if run is not None:
             raise RecordingError(f"{run} does not fit this test: {'; '.join(misfits)}")
@@ -113,7 +118,7 @@ def plan_trials(
             "(try --controller real_r)"
         )
     return TrialPlan(
-        controller=controller or (header.controller if header else ""),
+        controller=controller or (header.controller_source if header else ""),
         condition=wanted,
         scene=loaded,
         goal_set=goals_for_test(given, n_objects, loaded),
@@ -151,7 +156,8 @@ def run_trials(
         def report(result: Result) -> None:
             display.update(len(result.trials), f"score {result.score:.3f}")
 
-        return phase.run(report, resume=resume, overwrite=overwrite, guest=guest)
+        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+            return phase.run(report, resume=resume, overwrite=overwrite, guest=guest)
 
 
 def show(result: Result, out: Path, *, as_json: bool) -> None:
@@ -174,12 +180,18 @@ def judge(result: Result, min_score: float | None) -> None:
         sys.exit(BELOW_MINIMUM)
 
 
-def _find_run(run: Path | None) -> tuple[Path | None, Header | None]:
+def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
     """The recording that is asked for, or the default one where there is one."""
     from real_bench.recording import Recording
 
     path = run or options.DEFAULT_RUN
     if run is None and not path.exists():
         return None, None
-    with Recording(path) as recording:
-        return path, recording.header
+    try:
+        with Recording(path) as recording:
+            return path, recording.header
+    except RecordingError as error:
+        if run is not None or not optional:
+            raise
+        click.echo(f"{path} is not used: {error}", err=True)
+        return None, None

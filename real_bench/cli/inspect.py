@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +23,29 @@ Example:
 @options.json_option
 def inspect(file: Path, as_json: bool) -> None:
     """Say what is in a recording (.h5), a goal set (.npy) or a result (.json)."""
-    describe = {".h5": describe_recording, ".npy": describe_goals, ".json": describe_result}
-    if file.suffix not in describe:
-        raise click.UsageError(f"{file} is none of .h5, .npy and .json")
-    facts = describe[file.suffix](file)
+    facts = _describer(file)(file)
     if as_json:
         click.echo(json.dumps(facts))
     else:
         print_facts(facts)
+
+
+def _describer(file: Path) -> Callable[[Path], dict[str, Any]]:
+    """What describes a file, by its first bytes; by its name where these say nothing."""
+    kinds = {
+        ".h5": (b"\x89HDF", describe_recording),
+        ".npy": (b"\x93NUMPY", describe_goals),
+        ".json": (b"{", describe_result),
+    }
+    if file.is_file():
+        with file.open("rb") as opened:
+            first = opened.read(8)
+        for magic, describe in kinds.values():
+            if first.startswith(magic):
+                return describe
+    if file.suffix not in kinds:
+        raise click.UsageError(f"{file} is no recording, goal set or result")
+    return kinds[file.suffix][1]
 
 
 def describe_recording(path: Path) -> dict[str, Any]:

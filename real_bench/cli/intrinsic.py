@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +83,7 @@ def _recorded(path: Path) -> dict[str, Any]:
     with Recording(path) as recording:
         header = recording.header
         return {
-            "controller": header.controller,
+            "controller": header.controller_source,
             "condition": header.condition,
             "objects": header.objects,
             "scene": header.scene_source,
@@ -105,7 +107,8 @@ def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> Guest:
                 progress.n_steps, f"{rate:,.0f} steps/s, {moved:.0%} of actions moved an object"
             )
 
-        return phase.run(report, resume=resume, overwrite=overwrite)
+        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+            return phase.run(report, resume=resume, overwrite=overwrite)
 
 
 def show(out: Path, *, as_json: bool) -> None:

@@ -50,6 +50,7 @@ class ProgressDisplay:
         """So much is done; ``note`` is shown beside it."""
         if self._first is None:
             self._first = done
+            self._began = time.monotonic()
             self._bar.update(self._task, completed=done)
         self._bar.update(self._task, completed=done, note=note)
         now = time.monotonic()
@@ -58,9 +59,10 @@ class ProgressDisplay:
             self._console.print(self._line(done, note), soft_wrap=True, highlight=False)
 
     def _line(self, done: int, note: str) -> str:
-        left = (self._total - done) / max(self.rate(done), 1e-9)
         told = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", note]
-        return ", ".join([*filter(None, told), f"about {left:,.0f} s left"])
+        if self.rate(done) > 0:  # the first report only says where it begins
+            told.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
+        return ", ".join(filter(None, told))
 
     def rate(self, done: int) -> float:
         """How much is done a second, in this process."""

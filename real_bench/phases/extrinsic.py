@@ -5,23 +5,26 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
-from real_bench.files import check_output, file_sha256
+from real_bench.files import check_output, file_sha256, write_lock
 from real_bench.finding import find_controller, source_sha256
 from real_bench.phases.player import Guest, learns_across_trials
-from real_bench.phases.stopping import StopRequest, stop_requests
+from real_bench.phases.stopping import STOP_SIGNALS, StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.recording import Recording, package_versions
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
 
 Report = Callable[[Result], None]
+_Trial = Future[tuple[TrialResult, float]]
 
 
 @dataclass(frozen=True)
@@ -73,10 +76,11 @@ class ExtrinsicPhase:
             ControllerError: the controller failed; earlier trials are kept.
             RealBenchError: anything else that is wrong, before or while it runs.
         """
-        resume = resume and self.out.exists()
-        check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
-        result = self._begun(resume)
-        with stop_requests() as stop:
+        check_output(self.out, overwrite=True)  # whether it can be written at all
+        with write_lock(self.out), stop_requests() as stop:
+            resume = resume and self.out.exists()
+            check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
+            result = self._begun(resume)
             for trial, seconds in self._trials(result, guest, stop):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
@@ -84,7 +88,7 @@ class ExtrinsicPhase:
         if not result.is_complete:
             raise Interrupted(
                 f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
-                f"{self.out}: go on with --resume"
+                f"{self.out}: repeat the command with --resume"
             )
         return result
 
@@ -144,14 +148,25 @@ class ExtrinsicPhase:
             initializer=_start_worker,
             initargs=(self.plan,),
         )
+        waiting = iter(left)
+        failed = None
         try:
-            for future in as_completed([pool.submit(_make_trial, number) for number in left]):
-                yield future.result()
-                if stop.made:
-                    return
+            running = _submit(pool, islice(waiting, self.jobs))
+            while running:
+                done, running = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    if future.exception() is None:
+                        yield future.result()
+                    else:
+                        failed = future  # what else is being tested may still come to its end
+                if failed is None and not stop.made:
+                    running |= _submit(pool, islice(waiting, len(done)))
+            if failed is not None:
+                failed.result()
         except BrokenProcessPool as error:
             raise RealBenchError(
-                f"a worker process died; finished trials are in {self.out}: go on with --resume"
+                "a worker process died; trials that were finished are kept: "
+                "repeat the command with --resume"
             ) from error
         finally:
             pool.shutdown(cancel_futures=True)
@@ -185,6 +200,18 @@ def _identity(run: Path | None) -> tuple[str, int]:
     return file_sha256(run), n_steps
 
 
+def _submit(pool: ProcessPoolExecutor, numbers: Iterable[int]) -> set[_Trial]:
+    """Have trials made; workers are started with the signals to stop held back.
+
+    A worker that is interrupted before it has begun would leave the pool hanging.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    try:
+        return {pool.submit(_make_trial, number) for number in numbers}
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+
+
 class _Worker:
     """What a worker process keeps between trials; a process has no other place for it."""
 
@@ -195,6 +222,8 @@ class _Worker:
 def _start_worker(plan: TrialPlan) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+    sys.stdout = sys.stderr  # what a controller prints is no result
     threading.Thread(target=_die_with_parent, daemon=True).start()
     _Worker.plan = plan
 

@@ -15,7 +15,7 @@ from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
-from real_bench.finding import find_controller, source_sha256
+from real_bench.finding import find_controller, resolved, source_sha256
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
@@ -67,7 +67,7 @@ class IntrinsicPhase:
     images: bool | None = None
 
     def __post_init__(self) -> None:
-        if self.steps < 1:
+        if not 1 <= self.steps < 2**63:
             raise RealBenchError(f"--steps must be at least 1, not {self.steps}")
         if not 0 <= self.seed < 2**63:
             raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
@@ -94,7 +94,8 @@ class IntrinsicPhase:
         task = Task(self.scene, self.condition, self.objects)
         try:
             guest = Guest(self.controller, kind, task)
-            with self._recorder(self._header(kind), resume) as recorder, stop_requests() as stop:
+            header = self._header(kind)
+            with self._recorder(header, resume, overwrite) as recorder, stop_requests() as stop:
                 self._begin(task, guest, recorder.cut)
                 if not recorder.ended:
                     _Play(task, guest, recorder, self.steps).run(report, stop)
@@ -102,11 +103,12 @@ class IntrinsicPhase:
             task.close()
         return guest
 
-    def _recorder(self, header: Header, resume: bool) -> Recorder:
+    def _recorder(self, header: Header, resume: bool, overwrite: bool) -> Recorder:
         size = make_control(self.condition.control).size
         if resume:
             return Recorder.resume(self.out, header, size, self.steps)
-        return Recorder.begin(self.out, header, size, self.steps, self.scene.manifest.camera)
+        camera = self.scene.manifest.camera
+        return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=overwrite)
 
     def _begin(self, task: Task, guest: Guest, cut: Cut | None) -> None:
         """Put world and controller where the phase begins, or where it was cut."""
@@ -129,6 +131,7 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
+            controller_source=resolved(self.controller),
             controller_class=kind.__qualname__,
             controller_sha256=source_sha256(kind),
             images=self._records_images,
@@ -138,6 +141,9 @@ class IntrinsicPhase:
     @property
     def _records_images(self) -> bool:
         return not self.condition.sees_objects if self.images is None else self.images
+
+
+LONGEST_UNMARKED_S = 10.0
 
 
 class _Play:
@@ -167,7 +173,7 @@ class _Play:
         if recorder.n_steps < self._steps:
             raise Interrupted(
                 f"stopped at step {recorder.n_steps:,} of {self._steps:,}; everything up to here "
-                "is recorded: go on with --resume"
+                "is recorded: repeat the command with --resume"
             )
 
     def _play(self, report: Report, stop: StopRequest) -> None:
@@ -185,12 +191,12 @@ class _Play:
             report(Progress(recorder.n_steps, self._steps, n_actions, n_moved))
 
     def _mark_if_cheap(self) -> None:
-        """Take the controller's state, as often as that costs less than a hundredth of the time."""
+        """Take the controller's state: as often as it costs little, and every ten seconds."""
         began = time.monotonic()
         if began >= self._next_mark:
             self._recorder.mark(self._guest.get_state())
             now = time.monotonic()
-            self._next_mark = now + 99 * (now - began)
+            self._next_mark = now + min(99 * (now - began), LONGEST_UNMARKED_S)
 
 
 def _moved(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:

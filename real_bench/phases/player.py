@@ -38,7 +38,9 @@ class Guest:
         self.action_level = is_action_level(kind)
         file = source_file(kind)
         self._file = str(file) if file else None
-        self._controller = self._guarded(kind, task.action_space, task.observation_space)
+        # Its own spaces: sampling from them is part of its randomness.
+        self._action_space = copy.deepcopy(task.action_space)
+        self._controller = self._guarded(kind, self._action_space, task.observation_space)
         self.learns_across_trials = learns_across_trials(kind)
         if learns_across_trials(self._controller) != self.learns_across_trials:
             raise self.fault("learns_across_trials must be set on the class, not on the instance")
@@ -57,9 +59,7 @@ class Guest:
         random.seed(seed)
         if "torch" in sys.modules:
             sys.modules["torch"].manual_seed(seed)
-        seed_space = getattr(getattr(self._controller, "action_space", None), "seed", None)
-        if callable(seed_space):
-            seed_space(numpy_seed)
+        self._action_space.seed(numpy_seed)
         self.call("seed", seed)
 
     def get_state(self) -> State:
@@ -76,8 +76,11 @@ class Guest:
 
     def set_state(self, state: State) -> None:
         """Go on from a state; an empty one is none."""
-        if state:
-            self.call("set_state", state)
+        if not state:
+            return
+        if not callable(getattr(self._controller, "set_state", None)):
+            raise self.fault("it has get_state() but no set_state()")
+        self.call("set_state", state)
 
     def use_experience(self, experience: Experience) -> None:
         """Give it the triplets of the intrinsic phase."""
@@ -86,7 +89,14 @@ class Guest:
     def copy(self) -> Guest:
         """An independent copy of the controller as it is now."""
         twin = copy.copy(self)
-        twin._controller = self._guarded(copy.deepcopy, self._controller)
+        try:
+            pair = copy.deepcopy((self._controller, self._action_space))
+        except Exception as error:
+            raise self.fault(
+                f"cannot be copied for each goal ({blame(error, self._file)}): define "
+                "__deepcopy__, or set learns_across_trials"
+            ) from error
+        twin._controller, twin._action_space = pair
         return twin
 
     def at_play(self, task: Task) -> Player:

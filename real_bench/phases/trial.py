@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
-from real_bench.finding import find_controller, source_sha256
+from real_bench.finding import find_controller, resolved, source_sha256
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.film import filmed
 from real_bench.phases.player import Guest
@@ -89,7 +89,9 @@ class TrialMaker:
         if plan.run is not None:
             with Recording(plan.run) as recording:
                 # One exploration may serve several controllers; a state is only its maker's.
-                if recording.header.is_of(plan.controller, source_sha256(kind), kind.__qualname__):
+                header = recording.header
+                if header.is_of(resolved(plan.controller), source_sha256(kind), kind.__qualname__):
+                    header.check_state_may_serve(plan.condition)
                     guest.set_state(recording.controller_state())
         return guest
 

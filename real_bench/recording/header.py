@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from real_bench.conditions import Condition
+from real_bench.errors import RecordingError
 from real_bench.version import __version__
 
 RESUMED_ALIKE = (
@@ -19,7 +20,6 @@ RESUMED_ALIKE = (
     "scene",
     "scene_sha256",
     "seed",
-    "controller",
     "images",
 )
 RECORDED_PACKAGES = ("pybullet", "numpy", "h5py", "hdf5plugin", "gymnasium")
@@ -37,6 +37,7 @@ class Header(BaseModel):
         scene_sha256: hash of the scene's manifest and files.
         seed: of the run, below 2**63.
         controller: as the user named it.
+        controller_source: the same, with the whole path of a file.
         controller_class: the class that it is.
         controller_sha256: hash of the file that defines it; empty where there is none.
         images: whether camera images are recorded.
@@ -53,6 +54,7 @@ class Header(BaseModel):
     scene_sha256: str = Field(pattern="^[0-9a-f]{64}$")
     seed: int = Field(ge=0, lt=2**63)
     controller: str
+    controller_source: str
     controller_class: str
     controller_sha256: str = Field("", pattern="^([0-9a-f]{64})?$")
     images: bool
@@ -65,17 +67,20 @@ class Header(BaseModel):
 
     def differences(self, other: Header) -> list[str]:
         """Why a run of another header is not this one gone on, as ``field: mine, not yours``."""
+        changed = [
+            field for field in RESUMED_ALIKE if getattr(self, field) != getattr(other, field)
+        ]
+        if not self.is_of(other.controller_source, other.controller_sha256, other.controller_class):
+            changed.append("controller")
         return [
-            f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}"
-            for field in RESUMED_ALIKE
-            if getattr(self, field) != getattr(other, field)
+            f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}" for field in changed
         ]
 
-    def is_of(self, controller: str, source_sha256: str, class_name: str) -> bool:
-        """Whether the run was made by this controller, also under another spelling of its path."""
+    def is_of(self, controller_source: str, source_sha256: str, class_name: str) -> bool:
+        """Whether the run was made by this controller: of the same place, or the same code."""
         same_code = source_sha256 != "" and self.controller_sha256 == source_sha256
         same_class = self.controller_class == class_name
-        return same_class and (self.controller == controller or same_code)
+        return same_class and (self.controller_source == controller_source or same_code)
 
     def misfits(self, condition: Condition, objects: int, scene_sha256: str) -> list[str]:
         """Why a test cannot draw on this run; nothing where it can."""
@@ -90,6 +95,14 @@ class Header(BaseModel):
         elif condition.sees_objects and not mine.sees_objects:
             reasons.append(f"a run in {mine.name} may not tell positions to {condition.name}")
         return reasons
+
+    def check_state_may_serve(self, condition: Condition) -> None:
+        """Raise RecordingError where what was learned could tell positions to an I condition."""
+        if Condition.parse(self.condition).sees_objects and not condition.sees_objects:
+            raise RecordingError(
+                f"the controller played in {self.condition}, where it saw positions: what it "
+                f"learned may not serve in {condition.name} (play in {condition.name} instead)"
+            )
 
     def to_attributes(self) -> dict[str, Any]:
         """As HDF5 attributes: numbers and text as they are, the rest as JSON."""

@@ -134,8 +134,10 @@ class Recording:
             and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
             and int(rows["n_commands"].sum()) == self.n_commands
-            and (not len(rows) or rows["precondition"].min() >= 0)
-            and (not len(rows) or rows["outcome"].max() < self.n_states)
+            and all(
+                ((rows[name] >= 0) & (rows[name] < self.n_states)).all()
+                for name in ("precondition", "outcome")
+            )
         )
         if not good:
             raise ValueError("its rows do not fit together")

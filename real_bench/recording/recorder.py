@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.errors import RecordingError
+from real_bench.files import check_output
 from real_bench.recording.header import Header
 from real_bench.recording.reader import Recording
 from real_bench.recording.schema import CUT, STATE, TRANSITION, Batch, command_type
@@ -65,11 +66,27 @@ class Recorder:
 
     @classmethod
     def begin(
-        cls, path: Path, header: Header, command_size: int, steps: int, camera: Camera
+        cls,
+        path: Path,
+        header: Header,
+        command_size: int,
+        steps: int,
+        camera: Camera,
+        *,
+        overwrite: bool,
     ) -> Recorder:
-        """Begin a new recording of so many steps; a file that is there is replaced."""
+        """Begin a new recording of so many steps.
+
+        Raises:
+            OutputError: the file is there and must not be overwritten.
+        """
         file = AppendOnlyFile(path)
-        file.create(header, command_size, camera)
+        try:
+            check_output(path, overwrite=overwrite, remedy="--resume or --overwrite")
+            file.create(header, command_size, camera)
+        except BaseException:
+            file.close()
+            raise
         return cls(file, header, command_size, steps)
 
     @classmethod

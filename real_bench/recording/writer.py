@@ -12,6 +12,7 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -78,6 +79,8 @@ class AppendOnlyFile:
             else:
                 self._write(self._behind)
             self._write(batch)
+            with self._hidden.open("rb") as written:
+                os.fsync(written.fileno())
             self._behind = batch if self._swap() else None
             self._in_doubt = False
 
@@ -114,6 +117,8 @@ class AppendOnlyFile:
             return False
         with self._hidden.open("r+b") as file:
             try:
+                # Whoever opens it meanwhile makes the system send a signal: one that is ignored.
+                fcntl.fcntl(file.fileno(), fcntl.F_SETSIG, signal.SIGURG)
                 fcntl.fcntl(file.fileno(), fcntl.F_SETLEASE, fcntl.F_WRLCK)
                 fcntl.fcntl(file.fileno(), fcntl.F_SETLEASE, fcntl.F_UNLCK)
             except OSError:

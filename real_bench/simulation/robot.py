@@ -30,11 +30,7 @@ class Robot:
     def __init__(self, scene: Scene, client: int) -> None:
         spec = scene.manifest.robot
         self.client = client
-        self.body = pybullet.loadURDF(
-            str(scene.path(spec.urdf)),
-            flags=pybullet.URDF_GOOGLEY_UNDEFINED_COLORS,
-            physicsClientId=client,
-        )
+        self.body = load_body(scene, spec.urdf, pybullet.URDF_GOOGLEY_UNDEFINED_COLORS, client)
         pybullet.resetBasePositionAndOrientation(
             self.body, spec.position, (0, 0, 0, 1), physicsClientId=client
         )
@@ -138,6 +134,16 @@ class Robot:
         joints = {info[1].decode(): info[0] for info in infos}
         links = {info[12].decode(): info[0] for info in infos}
         return joints, links
+
+
+def load_body(scene: Scene, urdf: str, flags: int, client: int) -> int:
+    """Load a URDF of a scene; returns pybullet's id of the body."""
+    path = scene.path(urdf)
+    try:
+        body: int = pybullet.loadURDF(str(path), flags=flags, physicsClientId=client)
+    except pybullet.error as error:
+        raise SceneError(f"scene {scene.name}: {path} cannot be loaded: {error}") from error
+    return body
 
 
 class JointWay(NamedTuple):

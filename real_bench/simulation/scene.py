@@ -150,6 +150,12 @@ class Manifest(_Record):
     limits: Limits
     goals: GoalRegion
 
+    @model_validator(mode="after")
+    def _names_are_unique(self) -> Manifest:
+        if len({body.name for body in self.objects}) < len(self.objects):
+            raise ValueError("every object needs a name of its own")
+        return self
+
 
 class Scene:
     """A manifest together with the folder that holds its files."""
@@ -167,6 +173,8 @@ class Scene:
     def path(self, file: str) -> Path:
         """The path of one of the scene's files; raises SceneError where it does not exist."""
         path = self.folder / file
+        if not path.resolve().is_relative_to(self.folder.resolve()):
+            raise SceneError(f"scene {self.name}: {file} is outside of the scene's folder")
         if not path.is_file():
             raise SceneError(f"scene {self.name}: {path} does not exist")
         return path
@@ -240,7 +248,7 @@ def read_manifest(path: Path) -> Manifest:
     """Read and check a manifest; raises SceneError with every fault at once."""
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+    except (OSError, yaml.YAMLError, ValueError, LookupError, RecursionError) as error:
         raise SceneError(f"cannot read the scene {path}: {_one_line(error)}") from error
     try:
         return Manifest.model_validate(content)

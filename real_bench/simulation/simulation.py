@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
-from real_bench.simulation.robot import HOME, Robot, spread
+from real_bench.simulation.robot import HOME, Robot, load_body, spread
 from real_bench.simulation.scene import Scene
 
 STEP_S = 0.005
@@ -227,9 +227,4 @@ class Simulation:
             )
 
     def _load(self, urdf: str) -> int:
-        body: int = pybullet.loadURDF(
-            str(self.scene.path(urdf)),
-            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
-            physicsClientId=self.client,
-        )
-        return body
+        return load_body(self.scene, urdf, pybullet.URDF_USE_INERTIA_FROM_FILE, self.client)

@@ -60,6 +60,7 @@ def header(scene: Scene) -> Header:
         scene_sha256=scene.sha256,
         seed=3,
         controller="real_r",
+        controller_source="real_r",
         controller_class="RealR",
         images=True,
         versions=package_versions(),

@@ -22,6 +22,7 @@ HEADERS = st.builds(
     scene_sha256=SHA256,
     seed=st.integers(0, 2**63 - 1),
     controller=TEXT,
+    controller_source=TEXT,
     controller_class=TEXT,
     controller_sha256=st.just("") | SHA256,
     images=st.booleans(),
@@ -63,9 +64,11 @@ def test_a_header_refuses_what_cannot_be(header: Header, field: str, value: obje
 @given(HEADERS, HEADERS)
 def test_differences_name_just_the_fields_that_decide(one: Header, other: Header) -> None:
     named = {difference.partition(":")[0] for difference in one.differences(other)}
-    assert named == {
+    assert named - {"controller"} == {
         field for field in RESUMED_ALIKE if getattr(one, field) != getattr(other, field)
     }
+    maker = (other.controller_source, other.controller_sha256, other.controller_class)
+    assert ("controller" in named) != one.is_of(*maker)
     assert one.differences(one) == []
 
 
