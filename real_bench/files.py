@@ -52,12 +52,12 @@ def write_lock(path: Path) -> Iterator[None]:
 
     The lock dies with the process that holds it.
     """
-    path = path.resolve()
-    lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
+    real = path.resolve()
+    lock = FileLock(real.with_name(f".{real.name}.lock"), timeout=0)
     try:
         lock.acquire()
     except Timeout as error:
-        raise OutputError(f"{path.name} is being written by another process") from error
+        raise OutputError(f"{path} is being written by another process") from error
     except OSError as error:
         raise OutputError(f"cannot write into {path.parent}: {error.strerror or error}") from error
     try:

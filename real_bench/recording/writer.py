@@ -14,13 +14,13 @@ import os
 import shutil
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import h5py
-from filelock import FileLock, Timeout
 
 from real_bench.errors import RecordingError
+from real_bench.files import OutputError, write_lock
 from real_bench.recording.header import Header
 from real_bench.recording.schema import Batch, create
 from real_bench.recording.state import save_state
@@ -47,15 +47,14 @@ class AppendOnlyFile:
         self._visible = path.resolve()  # a link to a recording stays a link
         self._hidden = self._visible.with_name(f".{self._visible.name}.part")
         self._spare = self._visible.with_name(f".{self._visible.name}.spare")
-        self._lock = FileLock(self._visible.with_name(f".{self._visible.name}.lock"), timeout=0)
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
         self._in_doubt = False  # whether an append was interrupted, perhaps after it was done
+        self._held = ExitStack()  # let go of in reverse: first the hidden files, then the lock
         try:
-            self._lock.acquire()
-        except Timeout as error:
-            raise RecordingError(f"{path} is being written by another process") from error
-        except OSError as error:
-            raise RecordingError(f"cannot write {path}: {error.strerror or error}") from error
+            self._held.enter_context(write_lock(path))
+        except OutputError as error:
+            raise RecordingError(str(error)) from error
+        self._held.callback(self._discard_copies)
         self._discard_copies()
 
     def create(self, header: Header, command_size: int, camera: Camera) -> None:
@@ -86,10 +85,7 @@ class AppendOnlyFile:
 
     def close(self) -> None:
         """Remove the hidden files and let others write."""
-        if self._lock.is_locked:
-            self._discard_copies()
-            Path(self._lock.lock_file).unlink(missing_ok=True)
-            self._lock.release()
+        self._held.close()
 
     def _has_steps_of(self, batch: Batch) -> bool:
         """Whether the rows of an append that was interrupted are in the visible file."""
