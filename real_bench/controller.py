@@ -30,6 +30,9 @@ Either way it is made with the two spaces, and it is called in this order::
 With ``learns_across_trials`` there is no copy: one controller meets all goals in order, and
 ``end_extrinsic_phase`` comes once, after the last.
 
+A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is made
+with a third argument, a record of that class, whose values a user sets by ``--set name=value``.
+
 Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
 the simulation, the goal file or the score.
 """
@@ -37,12 +40,14 @@ the simulation, the goal file or the score.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
+from real_bench import settings
 from real_bench.actions import Action
+from real_bench.explanation import Explanation
 from real_bench.recording import Experience, State
 
-__all__ = ["Action", "BasePolicy", "Controller", "Experience", "State"]
+__all__ = ["Action", "BasePolicy", "Controller", "Experience", "Explanation", "State"]
 
 
 class BasePolicy:
@@ -52,9 +57,11 @@ class BasePolicy:
         learns_across_trials: true for a controller that goes on learning from one trial to the
             next. It is then tested in one process, goal after goal; any other controller meets
             every goal as the intrinsic phase left it.
+        Settings: the class of its settings, where it has any.
     """
 
     learns_across_trials = False
+    Settings: ClassVar[type[settings.Settings] | None] = None
 
     def __init__(self, action_space: Any, observation_space: Any) -> None:
         self.action_space = action_space
@@ -114,3 +121,7 @@ class Controller(BasePolicy):
         for, and are rendered whenever they are.
         """
         raise NotImplementedError(f"{type(self).__name__} has no next_action()")
+
+    def explain(self) -> Explanation | None:
+        """Why it chose the last action, for ``realbench extrinsic --explain``; None: no comment."""
+        return None

@@ -20,6 +20,8 @@ Example:
 
 @click.command(epilog=EPILOG)
 @options.controller_option
+@options.settings_option
+@options.set_option
 @options.condition_option
 @options.objects_option
 @options.scene_option
@@ -63,6 +65,7 @@ def evaluate(
         seed=phase.seed,
         trial_steps=TRIAL_STEPS,
         run=run,
+        settings=phase.settings,
     )
     test = ExtrinsicPhase(plan, testing.trials_asked(trials, plan), out)
     check_output(out, overwrite=overwrite)

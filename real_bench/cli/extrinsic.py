@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 EPILOG = """\b
 Example:
   realbench extrinsic --run run.h5 --goals goals.npy --out score.json --jobs 2
+  realbench extrinsic --controller real_d --set planner.depth=8 --explain why
   realbench extrinsic --controller real_r --condition OM --trials 5
   realbench extrinsic --run run.h5 --min-score 0.2    # exit code 3 below 0.2, for CI
 """
@@ -34,6 +35,8 @@ BELOW_MINIMUM = 3
 
 @click.command(epilog=EPILOG)
 @options.controller_option
+@options.settings_option
+@options.set_option
 @click.option(
     "--run",
     type=options.FILE,
@@ -50,6 +53,12 @@ BELOW_MINIMUM = 3
 @click.option("--video", type=options.FILE, metavar="DIR", help="Film each trial (.mp4) there.")
 @click.option(
     "--pictures", type=options.FILE, metavar="DIR", help="Start, goal and end of each trial (.png)."
+)
+@click.option(
+    "--explain",
+    type=options.FILE,
+    metavar="DIR",
+    help="Why each action was chosen, for each trial: a record (.json) and a picture (.png).",
 )
 @click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
 @options.resume_option
@@ -82,6 +91,8 @@ def extrinsic(
 def plan_trials(
     *,
     controller: str | None,
+    settings_file: Path | None,
+    assignments: tuple[str, ...],
     run: Path | None,
     goals: Path | None,
     condition: str | None,
@@ -90,12 +101,14 @@ def plan_trials(
     seed: int | None,
     video: Path | None,
     pictures: Path | None,
+    explain: Path | None,
 ) -> TrialPlan:
     """What the options describe; what they leave out comes from the recording or the goals."""
     from real_bench.conditions import Condition
     from real_bench.goal_sets import load_goal_set
     from real_bench.phases.lengths import TRIAL_STEPS
     from real_bench.phases.trial import TrialPlan
+    from real_bench.settings import merged, read_settings
     from real_bench.simulation import DEFAULT_SCENE, load_scene
 
     path, header = _find_run(run, optional=controller is not None)
@@ -125,9 +138,23 @@ def plan_trials(
         seed=seed if seed is not None else (header.seed if header else 0),
         trial_steps=TRIAL_STEPS,
         run=path,
+        settings=merged(
+            _recorded_settings(header, controller), read_settings(settings_file, assignments)
+        ),
         videos=video,
         pictures=pictures,
+        explanations=explain,
     )
+
+
+def _recorded_settings(header: Header | None, controller: str | None) -> dict[str, Any]:
+    """The settings that a controller played with, if it is the one that is to be tested."""
+    from real_bench.finding import resolved
+
+    if header is None:
+        return {}
+    same = controller is None or resolved(controller) == header.controller_source
+    return header.settings if same else {}
 
 
 def trials_asked(trials: int | None, plan: TrialPlan) -> int:

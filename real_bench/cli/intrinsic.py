@@ -26,6 +26,8 @@ Example:
 
 @click.command(epilog=EPILOG)
 @options.controller_option
+@options.settings_option
+@options.set_option
 @options.condition_option
 @options.objects_option
 @options.scene_option
@@ -50,7 +52,7 @@ def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: 
     show(out, as_json=as_json)
 
 
-NEW_RUN = {
+NEW_RUN: dict[str, Any] = {
     "controller": None,
     "condition": "IM",
     "objects": 1,
@@ -58,17 +60,27 @@ NEW_RUN = {
     "steps": INTRINSIC_STEPS,
     "seed": 0,
     "images": None,
+    "settings": {},
 }
 
 
-def plan_phase(out: Path, *, resume: bool = False, **given: Any) -> IntrinsicPhase:
+def plan_phase(
+    out: Path,
+    *,
+    settings_file: Path | None,
+    assignments: tuple[str, ...],
+    resume: bool = False,
+    **given: Any,
+) -> IntrinsicPhase:
     """The phase that the given options describe; what they leave out is the recording's."""
     from real_bench.conditions import Condition
     from real_bench.phases.intrinsic import IntrinsicPhase
+    from real_bench.settings import merged, read_settings
     from real_bench.simulation import load_scene
 
     defaults = _recorded(out) if resume and out.exists() else NEW_RUN
     chosen = {**defaults, **{key: value for key, value in given.items() if value is not None}}
+    chosen["settings"] = merged(defaults["settings"], read_settings(settings_file, assignments))
     if chosen["controller"] is None:
         raise click.UsageError("--controller is missing (try --controller real_r)")
     chosen["condition"] = Condition.parse(chosen["condition"])
@@ -90,6 +102,7 @@ def _recorded(path: Path) -> dict[str, Any]:
             "steps": recording.total_steps,
             "seed": header.seed,
             "images": header.images,
+            "settings": header.settings,
         }
 
 

@@ -18,6 +18,16 @@ FILE = click.Path(path_type=Path)
 controller_option: Decorator = click.option(
     "--controller", metavar="C", help="Name, module:Class, or file.py[:Class]."
 )
+settings_option: Decorator = click.option(
+    "--settings", "settings_file", type=FILE, help="YAML file of the controller's settings."
+)
+set_option: Decorator = click.option(
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="One of the controller's settings, as in planner.depth=8; may be repeated.",
+)
 condition_option: Decorator = click.option(
     "--condition", metavar="XY", help="OM, IM, IJ, OJ, OC or IC, by the paper's names."
 )

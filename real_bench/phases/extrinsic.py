@@ -22,6 +22,7 @@ from real_bench.phases.stopping import STOP_SIGNALS, StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.recording import Recording, package_versions
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
+from real_bench.settings import settings_in_full
 
 Report = Callable[[Result], None]
 _Trial = Future[tuple[TrialResult, float]]
@@ -174,6 +175,7 @@ class ExtrinsicPhase:
     def _setting(self) -> Setting:
         plan = self.plan
         run_sha256, run_steps = _identity(plan.run)
+        kind = find_controller(plan.controller)
         return Setting(
             condition=plan.condition.name,
             objects=plan.goal_set.n_objects,
@@ -181,7 +183,8 @@ class ExtrinsicPhase:
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
             controller=plan.controller,
-            controller_sha256=source_sha256(find_controller(plan.controller)),
+            controller_sha256=source_sha256(kind),
+            settings=settings_in_full(kind, plan.controller, plan.settings),
             run_sha256=run_sha256,
             run_steps=run_steps,
             goals_sha256=plan.goal_set.sha256,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.recording import MOVED_M, Cut, Header, Recorder, package_versions
+from real_bench.settings import settings_in_full
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
@@ -55,6 +56,7 @@ class IntrinsicPhase:
         seed: of the controller's randomness.
         out: the recording.
         images: record the camera image of every state; None: in image conditions only.
+        settings: values for the controller's settings; its defaults where they are silent.
     """
 
     controller: str
@@ -65,6 +67,7 @@ class IntrinsicPhase:
     seed: int
     out: Path
     images: bool | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not 1 <= self.steps < 2**63:
@@ -93,7 +96,7 @@ class IntrinsicPhase:
         kind = find_controller(self.controller)
         task = Task(self.scene, self.condition, self.objects)
         try:
-            guest = Guest(self.controller, kind, task)
+            guest = Guest(self.controller, kind, task, self.settings)
             header = self._header(kind)
             with self._recorder(header, resume, overwrite) as recorder, stop_requests() as stop:
                 self._begin(task, guest, recorder.cut)
@@ -134,6 +137,7 @@ class IntrinsicPhase:
             controller_source=resolved(self.controller),
             controller_class=kind.__qualname__,
             controller_sha256=source_sha256(kind),
+            settings=settings_in_full(kind, self.controller, self.settings),
             images=self._records_images,
             versions=package_versions(),
         )

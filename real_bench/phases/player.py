@@ -11,9 +11,10 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command, check_action, wants_render
-from real_bench.errors import ActionError, ControllerError, PhysicsError
+from real_bench.errors import ActionError, ControllerError, PhysicsError, RealBenchError
 from real_bench.finding import blame, is_action_level, source_file
 from real_bench.recording import Experience, State
+from real_bench.settings import check_settings
 from real_bench.task import Task
 
 
@@ -31,16 +32,21 @@ class Guest:
         spec: how the user names it, for messages.
         kind: its class.
         task: whose spaces it is made with.
+        settings: values for its settings, if it has any.
     """
 
-    def __init__(self, spec: str, kind: type[Any], task: Task) -> None:
+    def __init__(
+        self, spec: str, kind: type[Any], task: Task, settings: Mapping[str, Any] | None = None
+    ) -> None:
         self.spec = spec
         self.action_level = is_action_level(kind)
         file = source_file(kind)
         self._file = str(file) if file else None
         # Its own spaces: sampling from them is part of its randomness.
         self._action_space = copy.deepcopy(task.action_space)
-        self._controller = self._guarded(kind, self._action_space, task.observation_space)
+        checked = check_settings(kind, spec, settings or {})
+        arguments = (self._action_space, task.observation_space)
+        self._controller = self._guarded(kind, *arguments, *([checked] if checked else []))
         self.learns_across_trials = learns_across_trials(kind)
         if learns_across_trials(self._controller) != self.learns_across_trials:
             raise self.fault("learns_across_trials must be set on the class, not on the instance")
@@ -112,6 +118,8 @@ class Guest:
             return function(*arguments)
         except PhysicsError:
             raise  # of the world that it looks at, not its own
+        except RealBenchError as error:
+            raise self.fault(str(error)) from error
         except (Exception, SystemExit) as error:
             name = getattr(function, "__name__", "it")
             raise self.fault(f"{name}() failed at {blame(error, self._file)}") from error

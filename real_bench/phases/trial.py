@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,9 @@ class TrialPlan:
         seed: each trial's own seed follows from it and the goal's number.
         trial_steps: length of a trial.
         run: the recording that the controller learns from, where there is one.
+        settings: values for the controller's settings; its defaults where they are silent.
         videos, pictures: folders for a film, and for a picture, of each trial.
+        explanations: folder for what a controller says of each of its decisions.
     """
 
     controller: str
@@ -47,8 +50,10 @@ class TrialPlan:
     seed: int
     trial_steps: int
     run: Path | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
     videos: Path | None = None
     pictures: Path | None = None
+    explanations: Path | None = None
 
 
 class TrialMaker:
@@ -84,7 +89,7 @@ class TrialMaker:
     def _prepared(self) -> Guest:
         plan = self._plan
         kind = find_controller(plan.controller)
-        guest = Guest(plan.controller, kind, self._task)
+        guest = Guest(plan.controller, kind, self._task, plan.settings)
         guest.seed(plan.seed)
         if plan.run is not None:
             with Recording(plan.run) as recording:

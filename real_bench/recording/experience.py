@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
 from real_bench.recording.reader import Recording
+from real_bench.recording.schema import IMAGES_A_CHUNK
 
 
 class Experience:
@@ -56,6 +58,27 @@ class Experience:
     def image_after(self, index: int) -> NDArray[np.uint8]:
         """The image after an action, (height, width, 3) uint8; raises RecordingError."""
         return self._image(self._outcomes[index])
+
+    def map_images(
+        self, function: Callable[[NDArray[np.uint8]], ArrayLike]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """A function of every image, applied once to each, without holding all in memory.
+
+        Args:
+            function: from an image, (height, width, 3) uint8, to numbers of some shape.
+
+        Returns:
+            Its values before and after each action, (n, ...) each.
+        """
+        with Recording(self._path) as recording:
+            chunks = range(0, recording.n_states, IMAGES_A_CHUNK)
+            values = [
+                function(image)
+                for first in chunks
+                for image in recording.images(first, IMAGES_A_CHUNK)
+            ]
+        table = np.asarray(values, np.float64)
+        return table[self._preconditions], table[self._outcomes]
 
     def action(self, index: int) -> Action:
         """An action as it was executed, ready to be executed again."""

@@ -20,6 +20,7 @@ RESUMED_ALIKE = (
     "scene",
     "scene_sha256",
     "seed",
+    "settings",
     "images",
 )
 RECORDED_PACKAGES = ("pybullet", "numpy", "h5py", "hdf5plugin", "gymnasium")
@@ -40,6 +41,7 @@ class Header(BaseModel):
         controller_source: the same, with the whole path of a file.
         controller_class: the class that it is.
         controller_sha256: hash of the file that defines it; empty where there is none.
+        settings: of the controller, whole; empty where it has none.
         images: whether camera images are recorded.
         versions: of Python and the packages that can change the outcome.
     """
@@ -57,6 +59,7 @@ class Header(BaseModel):
     controller_source: str
     controller_class: str
     controller_sha256: str = Field("", pattern="^([0-9a-f]{64})?$")
+    settings: dict[str, Any] = Field(default_factory=dict)
     images: bool
     versions: dict[str, str]
 
@@ -115,8 +118,9 @@ class Header(BaseModel):
     @classmethod
     def from_attributes(cls, attributes: dict[str, Any]) -> Header:
         """Read and check what :meth:`to_attributes` wrote; raises ValueError."""
+        attributes = {"settings": "{}", **attributes}  # recordings of 0.1.0 have none
         fields = {key: _plain(attributes[key]) for key in cls.model_fields}
-        for key in ("object_names", "versions"):
+        for key in ("object_names", "settings", "versions"):
             fields[key] = json.loads(fields[key])
         return cls.model_validate(fields)
 

@@ -32,6 +32,7 @@ class Setting(_Record):
     Attributes:
         condition, objects, object_names, scene, scene_sha256: of the test.
         controller, controller_sha256: as named by the user; hash of its file.
+        settings: of the controller, whole; empty where it has none.
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
         goals_sha256: hash of the goal set's content.
         n_goals: how many trials are asked for.
@@ -47,6 +48,7 @@ class Setting(_Record):
     scene_sha256: str
     controller: str
     controller_sha256: str
+    settings: dict[str, Any] = Field(default_factory=dict)
     run_sha256: str
     run_steps: int
     goals_sha256: str

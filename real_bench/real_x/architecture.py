@@ -1,0 +1,126 @@
+"""The blueprint of all REAL-X controllers (paper, section REAL-X blueprint, algorithm 1).
+
+It explores and lets the benchmark record; then it turns the triplets into states, abstracts them,
+and plans for each goal, anew after every action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from real_bench.actions import Action
+from real_bench.controller import Controller, State
+from real_bench.errors import ControllerError
+from real_bench.explanation import Explanation
+from real_bench.real_x.abstraction import DynamicAbstraction
+from real_bench.real_x.explorer import RandomExplorer
+from real_bench.real_x.perception import Perception
+from real_bench.real_x.planner import DEPTH, Plan, Planner
+from real_bench.real_x.triplets import Triplets
+from real_bench.recording import Experience
+from real_bench.settings import Settings
+
+Abstractor = Callable[[Triplets], DynamicAbstraction]
+
+
+class PlannerSettings(Settings):
+    """Settings of the planner.
+
+    Attributes:
+        depth: the most actions a plan may have; it is one fewer after each action of a trial.
+    """
+
+    depth: int = Field(DEPTH, ge=1, le=1000)
+
+
+class RealX(Controller):
+    """Explorer, Abstractor and Planner, put together by a subclass.
+
+    Args:
+        action_space, observation_space: of the condition.
+        perception: what states are made of.
+        abstractor: makes levels of abstraction from triplets.
+        depth: the most actions a plan may have.
+    """
+
+    def __init__(
+        self,
+        action_space: Any,
+        observation_space: Any,
+        perception: Perception,
+        abstractor: Abstractor,
+        depth: int = DEPTH,
+    ) -> None:
+        super().__init__(action_space, observation_space)
+        self._perception, self._abstractor, self._depth = perception, abstractor, depth
+        self._planner: Planner | None = None
+        self._actions_left: int | None = None  # None: at play
+        self._decision: tuple[NDArray[np.float64], NDArray[np.float64], Plan] | None = None
+        self.seed(0)
+
+    def seed(self, seed: int) -> None:
+        """Begin the random sequence of this seed."""
+        self._random = np.random.default_rng(seed)
+        self._explorer = RandomExplorer(self.action_space, self._random)
+
+    def get_state(self) -> State:
+        """Where in its random sequence it is."""
+        return {"random": self._random.bit_generator.state}
+
+    def set_state(self, state: State) -> None:
+        """Go on in the random sequence."""
+        self._random.bit_generator.state = state["random"]
+
+    def use_experience(self, experience: Experience) -> None:
+        """Abstract the triplets and make a planner of them."""
+        self._experience = experience
+        triplets = self._perception.triplets(experience)
+        self._planner = Planner(triplets, self._abstractor(triplets))
+
+    def start_extrinsic_phase(self) -> None:
+        """The tests begin; raises ControllerError where there is nothing to plan with."""
+        if self._planner is None:
+            raise ControllerError("it plans with what it went through: give it a --run")
+
+    def start_extrinsic_trial(self) -> None:
+        """As many actions are left as a plan may have."""
+        self._actions_left = self._depth
+
+    def next_action(self, observation: Mapping[str, Any]) -> Action:
+        """At play: whatever the explorer wants. In a trial: the first action of a new plan."""
+        if self._planner is None or self._actions_left is None:
+            return self._explorer.next_action()
+        state, goal = self._perception.state(observation), self._perception.goal(observation)
+        plan = self._planner.plan(state, goal, max(1, self._actions_left))
+        self._decision = (state, goal, plan)
+        self._actions_left -= 1
+        return self._experience.action(plan.triplets[0]) if plan.triplets else self._rest()
+
+    def explain(self) -> Explanation | None:
+        """Why it chose the last action."""
+        if self._planner is None or self._decision is None:
+            return None
+        state, goal, plan = self._decision
+        predicted = self._planner.triplets.outcomes[list(plan.triplets)]
+        levels = self._planner.abstraction.thresholds
+        facts = {
+            "found": "at goal" if plan.is_at_goal else "plan" if plan.triplets else "nothing",
+            "level": plan.level,
+            "thresholds": None if plan.level is None else levels[plan.level].tolist(),
+            "plan": list(plan.triplets),
+            "nodes_expanded": plan.n_expanded,
+            "state": state.tolist(),
+            "goal": goal.tolist(),
+            "predicted": predicted.tolist(),
+        }
+        actions = tuple(map(self._experience.action, plan.triplets))
+        return Explanation(facts, actions, self._perception.positions(predicted))
+
+    def _rest(self) -> Action:
+        """Nothing, for one action."""
+        return Action.rest(4 if "macro_action" in self.action_space.spaces else 9)

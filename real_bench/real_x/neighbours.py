@@ -1,0 +1,45 @@
+"""Which triplets can be started from a state, at one level of abstraction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+
+class Neighbours:
+    """Finds states that count as the same as a given one.
+
+    A k-d tree over states divided by their thresholds finds them within a cube of side 2; rounding
+    makes it find a few more, which are then compared as they are.
+
+    Args:
+        states: (n, V).
+        nodes: the rows of ``states`` that may be found, ascending.
+        thresholds: of the level, (V,).
+    """
+
+    def __init__(
+        self,
+        states: NDArray[np.float64],
+        nodes: NDArray[np.int64],
+        thresholds: NDArray[np.float64],
+    ) -> None:
+        self._states, self._thresholds = states, thresholds
+        # Where a threshold is 0 no two states are the same, not even identical ones.
+        self._nodes = nodes if (thresholds > 0).all() else nodes[:0]
+        self._scale = np.where(thresholds > 0, thresholds, 1.0)
+        scaled = states[self._nodes] / self._scale
+        self._tree = KDTree(scaled)
+        self._largest = float(np.abs(scaled).max(initial=1.0))
+
+    def of(self, state: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The nodes whose state is the same as a (V,) state, ascending."""
+        if len(self._nodes) == 0:
+            return self._nodes
+        point = state / self._scale
+        rounding = 4 * np.finfo(np.float64).eps * max(self._largest, float(np.abs(point).max()))
+        near = self._tree.query_ball_point(point, 1 + rounding, p=np.inf, return_sorted=True)
+        nodes = self._nodes[near]
+        differences = np.abs(self._states[nodes] - state)
+        return nodes[(differences < self._thresholds).all(axis=1)]

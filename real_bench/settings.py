@@ -1,0 +1,118 @@
+"""A controller's settings: from a file and the command line to a record that checked itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from real_bench.errors import ControllerError
+
+Values = dict[str, Any]
+
+
+class Settings(BaseModel):
+    """Base of a controller's settings: frozen, and refuses what it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+def settings_class(controller: type[Any]) -> type[Settings] | None:
+    """The class of a controller's settings, its attribute ``Settings``, where it has any."""
+    found = getattr(controller, "Settings", None)
+    if found is None:
+        return None
+    if not (isinstance(found, type) and issubclass(found, Settings)):
+        raise ControllerError(
+            f"{controller.__name__}.Settings must derive from real_bench.settings.Settings"
+        )
+    return found
+
+
+def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) -> Settings | None:
+    """The settings of a controller, defaults where nothing is given; None where it has none.
+
+    Raises:
+        ControllerError: everything that is wrong with them, and what could be set.
+    """
+    kind = settings_class(controller)
+    if kind is None:
+        if values:
+            raise ControllerError(f"controller {spec} has no settings, got {', '.join(values)}")
+        return None
+    try:
+        return kind.model_validate(values)
+    except ValidationError as error:
+        faults = "; ".join(
+            f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()
+        )
+        known = ", ".join(f"{name}={value}" for name, value in _defaults(kind))
+        raise ControllerError(
+            f"controller {spec}, bad settings: {faults} (they are, with defaults: {known})"
+        ) from error
+
+
+def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]) -> Values:
+    """The settings of a controller as plain values, defaults included, to be kept in files."""
+    settings = check_settings(controller, spec, values)
+    return {} if settings is None else settings.model_dump(mode="json")
+
+
+def read_settings(file: Path | None, assignments: Iterable[str]) -> Values:
+    """The values in a YAML file, and over them those of ``dotted.name=value`` assignments."""
+    values = {} if file is None else _read_file(file)
+    for assignment in assignments:
+        name, equals, text = assignment.partition("=")
+        if not equals or not all(name.split(".")):
+            raise ControllerError(
+                f"--set needs name=value, as in planner.depth=8, not {assignment}"
+            )
+        values = merged(values, _nested(name.split("."), _parsed(text, f"--set {name}")))
+    return values
+
+
+def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Values:
+    """Two trees of values; where both say something the second one wins."""
+    both = dict(below)
+    for key, value in above.items():
+        old = both.get(key)
+        if isinstance(old, Mapping) and isinstance(value, Mapping):
+            both[key] = merged(old, value)
+        else:
+            both[key] = value
+    return both
+
+
+def _read_file(file: Path) -> Values:
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ControllerError(f"the settings file {file} cannot be read: {error}") from error
+    values = _parsed(text, f"the settings file {file}")
+    if not isinstance(values, dict):
+        raise ControllerError(f"the settings file {file} must hold names and values")
+    return values
+
+
+def _parsed(text: str, source: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise ControllerError(f"{source}: {' '.join(str(error).split())}") from error
+
+
+def _nested(names: list[str], value: Any) -> Values:
+    return {names[0]: _nested(names[1:], value) if names[1:] else value}
+
+
+def _defaults(kind: type[Settings], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Every name that can be set, dotted, with its default."""
+    for name, field in kind.model_fields.items():
+        default = field.get_default(call_default_factory=True)
+        if isinstance(default, Settings):
+            yield from _defaults(type(default), f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", default
