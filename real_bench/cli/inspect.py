@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from real_bench.cli import options
+
+if TYPE_CHECKING:
+    from real_bench.recording import Recording
 
 EPILOG = """\b
 Example:
@@ -65,9 +68,27 @@ def describe_recording(path: Path) -> dict[str, Any]:
             "share_of_actions_that_moved_an_object": (
                 round(recording.share_moved(), 4) if n_triplets else None
             ),
+            "last_level_with_threshold_below_1_cm": fine_levels(recording),
             "images": recording.n_images or 0,
             **header.model_dump(mode="json", exclude={"images", "scene_source"}),
         }
+
+
+def fine_levels(recording: Recording) -> dict[str, int]:
+    """Up to which level of Dynamic Abstraction each variable's threshold is below 1 cm.
+
+    Levels are counted from 0 to 199; -1 where not even the first one is (paper, section Results).
+    """
+    from real_bench.real_x import DynamicAbstraction, Triplets
+    from real_bench.recording import MOVED_M
+
+    rows, positions = recording.transitions, recording.object_poses[:, :, :2]
+    states, outcomes = positions[rows["precondition"]], positions[rows["outcome"]]
+    n, size = len(rows), 2 * positions.shape[1]
+    triplets = Triplets(states.reshape(n, size), outcomes.reshape(n, size))
+    below = (DynamicAbstraction.learn(triplets).thresholds < MOVED_M).sum(axis=0) - 1
+    names = [f"{name} {axis}" for name in recording.header.object_names for axis in "xy"]
+    return dict(zip(names, below.tolist(), strict=True))
 
 
 def describe_goals(path: Path) -> dict[str, Any]:

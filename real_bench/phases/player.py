@@ -12,6 +12,7 @@ import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command, check_action, wants_render
 from real_bench.errors import ActionError, ControllerError, PhysicsError, RealBenchError
+from real_bench.explanation import Explanation
 from real_bench.finding import blame, is_action_level, source_file
 from real_bench.recording import Experience, State
 from real_bench.settings import check_settings
@@ -91,6 +92,15 @@ class Guest:
     def use_experience(self, experience: Experience) -> None:
         """Give it the triplets of the intrinsic phase."""
         self.call("use_experience", experience)
+
+    def explain(self) -> Explanation | None:
+        """Why it chose its last action, where it says so."""
+        explanation = self.call("explain")
+        if explanation is not None and not isinstance(explanation, Explanation):
+            raise self.fault(
+                f"explain() must return an Explanation, not {type(explanation).__name__}"
+            )
+        return explanation
 
     def copy(self) -> Guest:
         """An independent copy of the controller as it is now."""

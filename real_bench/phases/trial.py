@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
 from real_bench.finding import find_controller, resolved, source_sha256
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
+from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import filmed
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
@@ -108,20 +110,24 @@ class TrialMaker:
         guest.seed(derived_seed(plan.seed, number))
         with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
             guest.call("start_extrinsic_trial")
-            actions = self._play(guest)
+            explainer = Explainer(task, goal) if plan.explanations else None
+            actions = self._play(guest, explainer)
         guest.call("end_extrinsic_trial", task.observe().now(), 0.0, True)
         if not self.in_order:
             guest.call("end_extrinsic_phase")
         result = _result(number, goal, task.simulation.object_poses(), actions)
+        if plan.explanations and explainer:
+            explainer.save(plan.explanations, f"trial-{number:02d}")
         if plan.pictures is not None and start is not None:
             self._draw(plan.pictures, result, goal, start)
         return result
 
-    def _play(self, guest: Guest) -> list[Action]:
+    def _play(self, guest: Guest, explainer: Explainer | None) -> list[Action]:
         player = guest.at_play(self._task)
         actions: list[Action] = []
         while self._task.n_steps < self._plan.trial_steps:
-            actions.append(player.play(self._plan.trial_steps - self._task.n_steps))
+            with explainer.decision(guest) if explainer else nullcontext():
+                actions.append(player.play(self._plan.trial_steps - self._task.n_steps))
         return actions
 
     def _draw(

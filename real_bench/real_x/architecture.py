@@ -109,7 +109,6 @@ class RealX(Controller):
         predicted = self._planner.triplets.outcomes[list(plan.triplets)]
         levels = self._planner.abstraction.thresholds
         facts = {
-            "found": "at goal" if plan.is_at_goal else "plan" if plan.triplets else "nothing",
             "level": plan.level,
             "thresholds": None if plan.level is None else levels[plan.level].tolist(),
             "plan": list(plan.triplets),
@@ -119,8 +118,17 @@ class RealX(Controller):
             "predicted": predicted.tolist(),
         }
         actions = tuple(map(self._experience.action, plan.triplets))
-        return Explanation(facts, actions, self._perception.positions(predicted))
+        return Explanation(_title(plan), facts, actions, self._perception.positions(predicted))
 
     def _rest(self) -> Action:
         """Nothing, for one action."""
         return Action.rest(4 if "macro_action" in self.action_space.spaces else 9)
+
+
+def _title(plan: Plan) -> str:
+    if plan.level is None:
+        return "no plan at any level: rests"
+    if plan.is_at_goal:
+        return f"at the goal on level {plan.level}: rests"
+    n = len(plan.triplets)
+    return f"level {plan.level}: {n} action{'s' * (n > 1)}, {plan.n_expanded} nodes"

@@ -44,12 +44,12 @@ class ObjectPositions:
     def triplets(self, experience: Experience) -> Triplets:
         """x, y of each object before and after each action."""
         before, after = experience.positions_before(), experience.positions_after()
-        n = len(experience)
-        return Triplets(before[:, :, :2].reshape(n, -1), after[:, :, :2].reshape(n, -1))
+        n, size = len(experience), 2 * before.shape[1]
+        return Triplets(before[:, :, :2].reshape(n, size), after[:, :, :2].reshape(n, size))
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The states, an object a row."""
-        return states.reshape(len(states), -1, 2)
+        return states.reshape(len(states), states.shape[1] // 2, 2)
 
 
 def _planar(positions: Mapping[str, Any]) -> State:

@@ -26,6 +26,7 @@ def shortest_path(
         estimates: how many steps each node is from the end at least, (n,). No node may be
             estimated more than one step farther than its successors, else paths are not the best.
         successors: the nodes that may follow a node.
+        depth: the most nodes a path may have.
 
     Returns:
         The nodes of the path, none where there is no path; and how many nodes were expanded.

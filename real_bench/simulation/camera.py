@@ -37,6 +37,15 @@ class Camera:
             spec.vertical_field_of_view_deg, spec.width / spec.height, spec.near, spec.far
         )
 
+    def pixels(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where (n, 3) points of the world, metres, are in the image: (n, 2) column and row."""
+        view, projection = (np.reshape(m, (4, 4), "F") for m in (self._view, self._projection))
+        clip = projection @ view @ np.column_stack([points, np.ones(len(points))]).T
+        across, up = clip[:2] / clip[3]
+        return np.column_stack(
+            [(1 + across) / 2 * self._spec.width, (1 - up) / 2 * self._spec.height]
+        )
+
     def render(self) -> Image:
         """Take a picture; about 13 ms in scene official."""
         width, height = self._spec.width, self._spec.height

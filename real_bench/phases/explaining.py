@@ -1,0 +1,211 @@
+"""Keep and draw why a controller chose each action of a trial."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.errors import RealBenchError
+from real_bench.explanation import Explanation
+from real_bench.files import write_whole
+from real_bench.goal_sets import Goal
+from real_bench.phases.player import Guest
+from real_bench.task import Task
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLUMNS = 5
+PANEL_INCHES = 4.0
+MARGIN_PX = 25
+DOTS_AN_INCH = 80
+# Okabe and Ito's colours, which the colour-blind can tell apart.
+GOAL, NOW, PUSH, LATER, EXPECTED, ACTUAL = (
+    "#009E73",
+    "#FFFFFF",
+    "#D55E00",
+    "#E69F00",
+    "#56B4E9",
+    "#F0E442",
+)
+LEGEND = {
+    "object now": NOW,
+    "goal": GOAL,
+    "next push": PUSH,
+    "later pushes": LATER,
+    "expected": EXPECTED,
+    "what came of it": ACTUAL,
+}
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One decision and what came of it.
+
+    Attributes:
+        explanation: what the controller says of it.
+        image: what the camera saw before, (height, width, 3) uint8.
+        before, after: the objects' true positions, (n_objects, 3) metres.
+    """
+
+    explanation: Explanation
+    image: NDArray[np.uint8]
+    before: NDArray[np.float64]
+    after: NDArray[np.float64]
+
+    @property
+    def missed_by(self) -> list[float] | None:
+        """How far each object ended from where it was expected, metres in x, y."""
+        expected = self.explanation.positions
+        if expected is None or len(expected) == 0:
+            return None
+        gaps = np.linalg.norm(np.asarray(expected)[0] - self.after[:, :2], axis=1)
+        return [float(gap) for gap in gaps]
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything but the image."""
+        expected = self.explanation.positions
+        return {
+            "title": self.explanation.title,
+            **self.explanation.facts,
+            "expected_positions": None if expected is None else np.asarray(expected).tolist(),
+            "positions_before": self.before.tolist(),
+            "positions_after": self.after.tolist(),
+            "missed_by": self.missed_by,
+        }
+
+
+class Explainer:
+    """Collects the decisions of one trial. Explaining changes nothing in it."""
+
+    def __init__(self, task: Task, goal: Goal) -> None:
+        self._task, self._goal = task, goal
+        self._decisions: list[Decision] = []
+
+    @contextmanager
+    def decision(self, guest: Guest) -> Iterator[None]:
+        """Note a decision, made and carried out inside of it."""
+        image, before = self._task.simulation.image().retina, self._positions()
+        yield
+        explanation = guest.explain() or Explanation("not explained", {})
+        self._decisions.append(Decision(explanation, image, before, self._positions()))
+
+    def save(self, folder: Path, name: str) -> None:
+        """Write ``name.json`` and ``name.png``; raises RealBenchError."""
+        record = {
+            "challenge": self._goal.challenge,
+            "goal_positions": self._goal.final_poses[:, :3].tolist(),
+            "decisions": [decision.to_json() for decision in self._decisions],
+        }
+        try:
+            text = json.dumps(record, indent=1, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise RealBenchError(f"an explanation holds what JSON cannot: {error}") from error
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            write_whole(folder / f"{name}.json", (text + "\n").encode())
+            self._draw(folder / f"{name}.png", name)
+        except OSError as error:
+            raise RealBenchError(f"cannot write into {folder}: {error.strerror}") from error
+
+    def _positions(self) -> NDArray[np.float64]:
+        return self._task.simulation.object_poses()[:, :3]
+
+    def _draw(self, path: Path, name: str) -> None:
+        from matplotlib.figure import Figure
+        from matplotlib.lines import Line2D
+
+        n_rows = -(-len(self._decisions) // COLUMNS)
+        size = (COLUMNS * PANEL_INCHES, n_rows * PANEL_INCHES * 0.7 + 0.8)
+        figure = Figure(figsize=size, dpi=DOTS_AN_INCH, layout="constrained")
+        axes = np.atleast_1d(figure.subplots(n_rows, COLUMNS)).ravel()
+        for panel in axes:
+            panel.set_axis_off()
+        for number, (panel, decision) in enumerate(zip(axes, self._decisions, strict=False), 1):
+            self._draw_decision(panel, number, decision)
+            self._zoom(panel)
+        keys = [
+            Line2D([], [], color=colour, marker="o", linestyle="", markeredgecolor="black")
+            for colour in LEGEND.values()
+        ]
+        figure.legend(keys, LEGEND, loc="outside lower center", ncols=len(LEGEND), frameon=False)
+        figure.suptitle(f"{name} ({self._goal.challenge})")
+        figure.savefig(path)
+
+    def _draw_decision(self, panel: Axes, number: int, decision: Decision) -> None:
+        explanation = decision.explanation
+        panel.imshow(decision.image)
+        missed = decision.missed_by
+        below = f"\nmissed by {100 * max(missed):.1f} cm" if missed else ""
+        panel.set_title(f"{number}. {explanation.title}{below}", fontsize=10)
+        height = float(decision.before[:, 2].min())
+        for rank, action in reversed(list(enumerate(explanation.actions))):
+            self._draw_push(panel, action, height, PUSH if rank == 0 else LATER)
+        self._mark(panel, self._goal.final_poses[:, :3], GOAL, "s", 13)
+        if explanation.positions is not None and len(explanation.positions):
+            self._draw_expected(panel, decision, np.asarray(explanation.positions))
+        self._mark(panel, decision.before, NOW, "o", 8)
+        self._mark(panel, decision.after, ACTUAL, "X", 8)
+
+    def _zoom(self, panel: Axes) -> None:
+        """Show what the trial is about: its objects, goals and planned pushes, with a margin."""
+        points = [self._goal.final_poses[:, :3]]
+        for decision in self._decisions:
+            height = float(decision.before[:, 2].min())
+            ways = [_push(action, height) for action in decision.explanation.actions]
+            points += [decision.before, decision.after, *(way for way in ways if way is not None)]
+        pixels = self._pixels(np.vstack(points))
+        height_px, width_px, _ = self._decisions[0].image.shape
+        left, top = np.maximum(pixels.min(axis=0) - MARGIN_PX, 0)
+        right, bottom = np.minimum(pixels.max(axis=0) + MARGIN_PX, [width_px, height_px])
+        panel.set_xlim(left, right)
+        panel.set_ylim(bottom, top)
+
+    def _draw_push(self, panel: Axes, action: Action, height: float, colour: str) -> None:
+        way = _push(action, height)
+        if way is not None:
+            start, end = self._pixels(way)
+            arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2}
+            panel.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow)
+
+    def _draw_expected(
+        self, panel: Axes, decision: Decision, positions: NDArray[np.float64]
+    ) -> None:
+        for index, start in enumerate(decision.before):
+            heights = np.full((len(positions), 1), start[2])
+            way = np.vstack([start, np.hstack([positions[:, index], heights])])
+            pixels = self._pixels(way)
+            panel.plot(*pixels.T, ".-", color=EXPECTED, linewidth=1.5, markersize=7)
+
+    def _mark(
+        self, panel: Axes, points: NDArray[np.float64], colour: str, marker: str, size: float
+    ) -> None:
+        pixels = self._pixels(points)
+        panel.plot(
+            *pixels.T,
+            linestyle="",
+            marker=marker,
+            markersize=size,
+            markerfacecolor="none" if marker == "s" else colour,
+            markeredgecolor=colour if marker == "s" else "black",
+            markeredgewidth=2 if marker == "s" else 0.8,
+        )
+
+    def _pixels(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._task.simulation.camera.pixels(points)
+
+
+def _push(action: Action, height: float) -> NDArray[np.float64] | None:
+    """The two ends of a macro, (2, 3) metres; other actions have no way that could be drawn."""
+    command = action.commands[0]
+    if command.shape != (4,) or np.isnan(command).any():
+        return None
+    return np.column_stack([command.reshape(2, 2), [height, height]])
