@@ -31,15 +31,13 @@ class Neighbours:
         self._scale = np.where(thresholds > 0, thresholds, 1.0)
         scaled = states[self._nodes] / self._scale
         self._tree = KDTree(scaled)
-        self._largest = float(np.abs(scaled).max(initial=1.0))
+        # A point much larger than any of these has no neighbours, however it is rounded.
+        largest = 2 + float(np.abs(scaled).max(initial=1.0))
+        self._radius = 1 + 4 * float(np.finfo(np.float64).eps) * largest
 
     def of(self, state: NDArray[np.float64]) -> NDArray[np.int64]:
-        """The nodes whose state is the same as a (V,) state, ascending."""
-        if len(self._nodes) == 0:
-            return self._nodes
-        point = state / self._scale
-        rounding = 4 * np.finfo(np.float64).eps * max(self._largest, float(np.abs(point).max()))
-        near = self._tree.query_ball_point(point, 1 + rounding, p=np.inf, return_sorted=True)
-        nodes = self._nodes[near]
+        """The nodes whose state is the same as a (V,) state, in any order."""
+        near = self._tree.query_ball_point(state / self._scale, self._radius, p=np.inf)
+        nodes = self._nodes[np.array(near, np.intp)]
         differences = np.abs(self._states[nodes] - state)
         return nodes[(differences < self._thresholds).all(axis=1)]

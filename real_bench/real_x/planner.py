@@ -82,23 +82,29 @@ class Planner:
         n_levels = self.abstraction.n_levels
         to_goal = np.abs(self._outcomes - there)
         gaps = to_goal.sum(axis=1)
-        at_goal_from = self.abstraction.same_from(np.abs(here - there)[None])[0]
+        at_goal_from = int(self.abstraction.same_from(np.abs(here - there)[None])[0])
         first_from = self.abstraction.same_from(np.abs(self._states - here))
         last_from = self.abstraction.same_from(to_goal)
         last_from[gaps >= np.abs(here - there).sum()] = n_levels
         n_expanded = 0
-        for level in range(n_levels):
-            if level >= at_goal_from:
-                return Plan(level, (), n_expanded)
+        has_both = self._levels_with(first_from) & self._levels_with(last_from)
+        for level in np.flatnonzero(has_both[:at_goal_from]).tolist():
             effective = self._effective_below > level
             firsts = np.flatnonzero(effective & (first_from <= level))
             is_last = effective & (last_from <= level)
-            if len(firsts) and is_last.any():
-                path, n = self._search(level, firsts, is_last, gaps, depth)
-                n_expanded += n
-                if path:
-                    return Plan(level, tuple(self._numbers[path].tolist()), n_expanded)
-        return Plan(None, (), n_expanded)
+            path, n = self._search(level, firsts, is_last, gaps, depth)
+            n_expanded += n
+            if path:
+                return Plan(level, tuple(self._numbers[path].tolist()), n_expanded)
+        return Plan(at_goal_from if at_goal_from < n_levels else None, (), n_expanded)
+
+    def _levels_with(self, same_from: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """At which levels there is an effective action whose state is the same from a level on."""
+        n_levels = self.abstraction.n_levels
+        some = same_from < self._effective_below
+        begin = np.bincount(same_from[some], minlength=n_levels + 1)
+        end = np.bincount(self._effective_below[some], minlength=n_levels + 1)
+        return np.asarray(np.cumsum(begin - end)[:n_levels] > 0)
 
     def _search(
         self,
