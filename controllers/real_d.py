@@ -7,7 +7,15 @@ from typing import Any
 
 from pydantic import Field
 
-from real_bench.real_x import N_LEVELS, DynamicAbstraction, ObjectPositions, PlannerSettings, RealX
+from real_bench.real_x import (
+    N_LEVELS,
+    BlurredImages,
+    DynamicAbstraction,
+    ObjectPositions,
+    Perception,
+    PlannerSettings,
+    RealX,
+)
 from real_bench.settings import Settings
 
 
@@ -21,15 +29,32 @@ class AbstractionSettings(Settings):
     levels: int = Field(N_LEVELS, ge=2, le=100_000)
 
 
+class ImageSettings(Settings):
+    """Settings of what an image condition's states are made of.
+
+    Attributes:
+        width, height: of the images, in cells.
+        blur: standard deviation of the Gaussian that blurs them, in cells; 0 for none.
+    """
+
+    width: int = Field(20, ge=1, le=320)
+    height: int = Field(15, ge=1, le=240)
+    blur: float = Field(3.0, ge=0)
+
+
 class RealDSettings(Settings):
     """Settings of REAL-D, part by part."""
 
     abstraction: AbstractionSettings = AbstractionSettings()
     planner: PlannerSettings = PlannerSettings()
+    images: ImageSettings = ImageSettings()
 
 
 class RealD(RealX):
-    """Explores at random; plans at the finest level of abstraction that has a plan."""
+    """Explores at random; plans at the finest level of abstraction that has a plan.
+
+    States are the objects' positions where these are seen, else images.
+    """
 
     Settings = RealDSettings
 
@@ -37,7 +62,13 @@ class RealD(RealX):
         super().__init__(
             action_space,
             observation_space,
-            perception=ObjectPositions(),
+            perception=_perception(observation_space, settings.images),
             abstractor=partial(DynamicAbstraction.learn, n_levels=settings.abstraction.levels),
             depth=settings.planner.depth,
         )
+
+
+def _perception(observation_space: Any, images: ImageSettings) -> Perception:
+    if "object_positions" in observation_space.spaces:
+        return ObjectPositions()
+    return BlurredImages(images.width, images.height, images.blur)

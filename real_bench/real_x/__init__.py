@@ -7,13 +7,14 @@ the benchmark shows, and the architecture puts them together to a controller.
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
 from real_bench.real_x.architecture import PlannerSettings, RealX
 from real_bench.real_x.explorer import RandomExplorer
-from real_bench.real_x.perception import ObjectPositions, Perception
+from real_bench.real_x.perception import BlurredImages, ObjectPositions, Perception
 from real_bench.real_x.planner import DEPTH, Plan, Planner
 from real_bench.real_x.triplets import Triplets
 
 __all__ = [
     "DEPTH",
     "N_LEVELS",
+    "BlurredImages",
     "DynamicAbstraction",
     "ObjectPositions",
     "Perception",

@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
+from scipy.ndimage import gaussian_filter
 
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
@@ -50,6 +52,47 @@ class ObjectPositions:
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The states, an object a row."""
         return states.reshape(len(states), states.shape[1] // 2, 2)
+
+
+class BlurredImages:
+    """States are the camera images themselves, seen out of focus, grey and small.
+
+    In a sharp image most pixels are left exactly as they are by most actions, so at most levels
+    their threshold is 0, at which nothing counts as the same: REAL-D finds no plan. Out of focus
+    every cell feels every push, as a coordinate does. Nothing here is learned.
+
+    Args:
+        width, height: of the image, in cells.
+        blur: standard deviation of the Gaussian, in cells; 0 for a sharp image.
+    """
+
+    def __init__(self, width: int, height: int, blur: float) -> None:
+        self._width, self._height, self._blur = width, height, blur
+
+    def state(self, observation: Mapping[str, Any]) -> State:
+        """The camera's image now."""
+        return self._cells(observation["retina"])
+
+    def goal(self, observation: Mapping[str, Any]) -> State:
+        """The image of the goal."""
+        return self._cells(observation["goal"])
+
+    def triplets(self, experience: Experience) -> Triplets:
+        """The images before and after each action."""
+        return Triplets(*experience.map_images(self._cells))
+
+    def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """Images tell no positions."""
+        return None
+
+    def _cells(self, image: NDArray[np.uint8]) -> State:
+        grey = Image.fromarray(image).convert("F")
+        small = grey.resize((self._width, self._height), Image.Resampling.BOX)
+        cells = np.asarray(small, np.float64)
+        if self._blur > 0:  # reaching as far as the image does, so that every cell feels it
+            reach = max(self._width, self._height)
+            cells = gaussian_filter(cells, self._blur, mode="nearest", radius=reach)
+        return np.ravel(cells)
 
 
 def _planar(positions: Mapping[str, Any]) -> State:
