@@ -6,12 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+FINEST = 1e-8
+"""States are divided by no less than this part of the largest, so that rounding stays small."""
+
+ROUNDING = 1e-6
+
 
 class Neighbours:
     """Finds states that count as the same as a given one.
 
-    A k-d tree over states divided by their thresholds finds them within a cube of side 2; rounding
-    makes it find a few more, which are then compared as they are.
+    A k-d tree over states divided by their thresholds finds them within a cube of side 2, and a
+    few more, which are then compared as they are.
 
     Args:
         states: (n, V).
@@ -28,16 +33,13 @@ class Neighbours:
         self._states, self._thresholds = states, thresholds
         # Where a threshold is 0 no two states are the same, not even identical ones.
         self._nodes = nodes if (thresholds > 0).all() else nodes[:0]
-        self._scale = np.where(thresholds > 0, thresholds, 1.0)
-        scaled = states[self._nodes] / self._scale
-        self._tree = KDTree(scaled)
-        # A point much larger than any of these has no neighbours, however it is rounded.
-        largest = 2 + float(np.abs(scaled).max(initial=1.0))
-        self._radius = 1 + 4 * float(np.finfo(np.float64).eps) * largest
+        finest = FINEST * np.abs(states).max(initial=0.0)
+        self._scale = np.maximum(thresholds, finest or 1.0)
+        self._tree = KDTree(states[self._nodes] / self._scale)
 
     def of(self, state: NDArray[np.float64]) -> NDArray[np.int64]:
         """The nodes whose state is the same as a (V,) state, in any order."""
-        near = self._tree.query_ball_point(state / self._scale, self._radius, p=np.inf)
+        near = self._tree.query_ball_point(state / self._scale, 1 + ROUNDING, p=np.inf)
         nodes = self._nodes[np.array(near, np.intp)]
         differences = np.abs(self._states[nodes] - state)
         return nodes[(differences < self._thresholds).all(axis=1)]
