@@ -80,7 +80,8 @@ class ExtrinsicPhase:
         check_output(self.out, overwrite=True)  # whether it can be written at all
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
-            check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
+            remedy = "--overwrite" if guest else "--resume or --overwrite"
+            check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
             result = self._begun(resume)
             for trial, seconds in self._trials(result, guest, stop):
                 result = result.with_trial(trial, seconds)
@@ -89,7 +90,7 @@ class ExtrinsicPhase:
         if not result.is_complete:
             raise Interrupted(
                 f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
-                f"{self.out}: repeat the command with --resume"
+                f"{self.out}{'' if guest else ': repeat the command with --resume'}"
             )
         return result
 

@@ -10,10 +10,17 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
+from real_bench.errors import RealBenchError
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
 
 State = NDArray[np.float64]
+
+COPIES = 4
+"""A planner keeps states and outcomes twice, as they came and sorted."""
+
+MOST_BYTES = 1_400_000_000
+"""For these; with the planner's indices it all stays within 2 GB."""
 
 
 class Perception(Protocol):
@@ -78,7 +85,14 @@ class BlurredImages:
         return self._cells(observation["goal"])
 
     def triplets(self, experience: Experience) -> Triplets:
-        """The images before and after each action."""
+        """The images before and after each action; raises RealBenchError if they are too many."""
+        n_bytes = COPIES * len(experience) * self._width * self._height * 8
+        if n_bytes > MOST_BYTES:
+            raise RealBenchError(
+                f"{len(experience):,} triplets of {self._width} x {self._height} cells would take "
+                f"{n_bytes / 1e9:.1f} GB to plan with, more than {MOST_BYTES / 1e9:.1f}: "
+                "set fewer cells"
+            )
         return Triplets(*experience.map_images(self._cells))
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from real_bench.controllers.real_d import RealD, RealDSettings
 
 from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.real_x import BlurredImages, ObjectPositions
 from real_bench.recording import Experience, Recording
@@ -72,3 +73,12 @@ def test_real_d_takes_positions_where_it_sees_them_else_images(builtin_scene: Sc
             observation_space(builtin_scene, condition, 1),
         )
         assert isinstance(RealD(*spaces, RealDSettings())._perception, expected)
+
+
+def test_more_cells_than_memory_are_refused_before_they_are_made() -> None:
+    class Many:
+        def __len__(self) -> int:
+            return 15_000
+
+    with pytest.raises(RealBenchError, match=r"320 x 240 cells would take 36\.9 GB .* fewer cells"):
+        BlurredImages(320, 240, 3.0).triplets(Many())
