@@ -41,7 +41,9 @@ def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) 
     kind = settings_class(controller)
     if kind is None:
         if values:
-            raise ControllerError(f"controller {spec} has no settings, got {', '.join(values)}")
+            raise ControllerError(
+                f"controller {spec} has no settings, got {', '.join(map(str, values))}"
+            )
         return None
     try:
         return kind.model_validate(values)
@@ -100,7 +102,8 @@ def _read_file(file: Path) -> Values:
 def _parsed(text: str, source: str) -> Any:
     try:
         return yaml.safe_load(text)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, AttributeError, RecursionError) as error:
+        # some scalars, such as a date in month 13, break YAML's reader in its own ways
         raise ControllerError(f"{source}: {' '.join(str(error).split())}") from error
 
 

@@ -139,22 +139,13 @@ def plan_trials(
         trial_steps=TRIAL_STEPS,
         run=path,
         settings=merged(
-            _recorded_settings(header, controller), read_settings(settings_file, assignments)
+            options.recorded_settings(header, controller),
+            read_settings(settings_file, assignments),
         ),
         videos=video,
         pictures=pictures,
         explanations=explain,
     )
-
-
-def _recorded_settings(header: Header | None, controller: str | None) -> dict[str, Any]:
-    """The settings that a controller played with, if it is the one that is to be tested."""
-    from real_bench.finding import resolved
-
-    if header is None:
-        return {}
-    same = controller is None or resolved(controller) == header.controller_source
-    return header.settings if same else {}
 
 
 def trials_asked(trials: int | None, plan: TrialPlan) -> int:

@@ -78,7 +78,7 @@ def plan_phase(
     from real_bench.settings import merged, read_settings
     from real_bench.simulation import load_scene
 
-    defaults = _recorded(out) if resume and out.exists() else NEW_RUN
+    defaults = _recorded(out, given["controller"]) if resume and out.exists() else NEW_RUN
     chosen = {**defaults, **{key: value for key, value in given.items() if value is not None}}
     chosen["settings"] = merged(defaults["settings"], read_settings(settings_file, assignments))
     if chosen["controller"] is None:
@@ -88,8 +88,8 @@ def plan_phase(
     return IntrinsicPhase(out=out, **chosen)
 
 
-def _recorded(path: Path) -> dict[str, Any]:
-    """The options that a recording was made with."""
+def _recorded(path: Path, controller: str | None) -> dict[str, Any]:
+    """The options that a recording was made with; settings only for its own controller."""
     from real_bench.recording import Recording
 
     with Recording(path) as recording:
@@ -102,7 +102,7 @@ def _recorded(path: Path) -> dict[str, Any]:
             "steps": recording.total_steps,
             "seed": header.seed,
             "images": header.images,
-            "settings": header.settings,
+            "settings": options.recorded_settings(header, controller),
         }
 
 

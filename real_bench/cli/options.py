@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from real_bench.recording import Header
 
 DEFAULT_RUN = Path("run.h5")
 DEFAULT_RESULT = Path("score.json")
@@ -45,3 +48,14 @@ overwrite_option: Decorator = click.option(
 json_option: Decorator = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON on standard output."
 )
+
+
+def recorded_settings(header: Header | None, controller: str | None) -> dict[str, Any]:
+    """The settings that a run was played with, if its controller is the one that is asked for."""
+    from real_bench.finding import find_controller, resolved, source_sha256
+
+    if header is None or controller is None:
+        return header.settings if header else {}
+    kind = find_controller(controller)
+    same = header.is_of(resolved(controller), source_sha256(kind), kind.__qualname__)
+    return header.settings if same else {}

@@ -93,7 +93,8 @@ class BlurredImages:
                 f"{n_bytes / 1e9:.1f} GB to plan with, more than {MOST_BYTES / 1e9:.1f}: "
                 "set fewer cells"
             )
-        return Triplets(*experience.map_images(self._cells))
+        states = experience.map_images(self._cells)
+        return Triplets(states[experience.preconditions], states[experience.outcomes])
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Images tell no positions."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
@@ -59,16 +60,24 @@ class Experience:
         """The image after an action, (height, width, 3) uint8; raises RecordingError."""
         return self._image(self._outcomes[index])
 
-    def map_images(
-        self, function: Callable[[NDArray[np.uint8]], ArrayLike]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """A function of every image, applied once to each, without holding all in memory.
+    @property
+    def preconditions(self) -> NDArray[np.int64]:
+        """The number of the state that each action began in, (n,); actions share states."""
+        return self._preconditions
+
+    @property
+    def outcomes(self) -> NDArray[np.int64]:
+        """The number of the state that each action led to, (n,)."""
+        return self._outcomes
+
+    def map_images(self, function: Callable[[NDArray[np.uint8]], NDArray[Any]]) -> NDArray[Any]:
+        """A function of the image of every state, without holding all images in memory.
 
         Args:
-            function: from an image, (height, width, 3) uint8, to numbers of some shape.
+            function: from an image, (height, width, 3) uint8, to an array of some shape.
 
         Returns:
-            Its values before and after each action, (n, ...) each.
+            Its values by number of the state, in the order of their time, (n_states, ...).
         """
         with Recording(self._path) as recording:
             chunks = range(0, recording.n_states, IMAGES_A_CHUNK)
@@ -77,8 +86,7 @@ class Experience:
                 for first in chunks
                 for image in recording.images(first, IMAGES_A_CHUNK)
             ]
-        table = np.asarray(values, np.float64)
-        return table[self._preconditions], table[self._outcomes]
+        return np.array(values)
 
     def action(self, index: int) -> Action:
         """An action as it was executed, ready to be executed again."""

@@ -40,7 +40,7 @@ def abstractions_and_differences(
     return DynamicAbstraction(thresholds), np.array(mixed).T
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(experiences(), st.integers(2, 30))
 def test_thresholds_are_ranked_differences(triplets: Triplets, n_levels: int) -> None:
     thresholds = DynamicAbstraction.learn(triplets, n_levels).thresholds
@@ -86,7 +86,7 @@ def test_the_order_of_the_triplets_does_not_matter(triplets: Triplets, random: o
     np.testing.assert_array_equal(one, other)
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(abstractions_and_differences())
 def test_levels_of_sameness_and_effect_are_those_of_the_definitions(
     case: tuple[DynamicAbstraction, NDArray[np.float64]],

@@ -145,9 +145,8 @@ def test_the_action_that_made_the_change_before_is_done_again(
 def test_a_goal_that_one_known_action_makes_is_reached(
     face: Face, run: Path, goal_of_the_mover: GoalSet, controller: str
 ) -> None:
-    trials = [face(kind, run, goal_of_the_mover, steps=2000)[0] for kind in (controller, RESTS)]
-    assert trials[0].distances[0] < 0.02
-    assert trials[1].distances[0] > 0.06
+    (trial,) = face(controller, run, goal_of_the_mover, steps=1500)
+    assert trial.distances[0] < 0.02  # it began more than 0.06 away
 
 
 @BOTH
@@ -290,7 +289,7 @@ def test_real_t_cannot_be_tested_where_it_sees_no_positions(
 def test_it_plays_as_real_r_does(play: Play, condition: str) -> None:
     runs = []
     for controller in ("real_r", "real_d", "real_t"):
-        with Recording(play(controller, 1500, condition)) as recording:
+        with Recording(play(controller, 1200, condition)) as recording:
             runs.append((recording.commands(), recording.object_poses))
     for commands, poses in runs[1:]:
         np.testing.assert_array_equal(commands, runs[0][0])

@@ -48,7 +48,7 @@ def crowds(draw: st.DrawFn) -> tuple[Vector, NDArray[np.int64], Vector, Vector]:
     return states, np.array(nodes, np.int64), near, state
 
 
-@settings(max_examples=300)
+@settings(max_examples=200)
 @given(crowds())
 def test_those_are_found_that_comparing_all_finds(
     crowd: tuple[Vector, NDArray[np.int64], Vector, Vector],

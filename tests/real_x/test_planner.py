@@ -116,7 +116,7 @@ def check_that_none_is_better(problem: Problem) -> None:
         assert found[2] == pytest.approx(best[2], rel=1e-12, abs=1e-12)
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(problems())
 def test_no_sequence_of_triplets_is_better_than_the_plan(problem: Problem) -> None:
     check_that_none_is_better(problem)
@@ -125,7 +125,7 @@ def test_no_sequence_of_triplets_is_better_than_the_plan(problem: Problem) -> No
 @pytest.mark.parametrize("unit", [0.1, 0.125])
 def test_no_sequence_is_better_where_long_ones_are_needed(unit: float) -> None:
     random, lengths = np.random.default_rng(1), set()
-    for _ in range(1000):
+    for _ in range(400):
         way = np.cumsum(random.integers(-5, 6, (9, random.integers(1, 4))), axis=0) * unit
         noise = random.integers(-1, 2, (8, way.shape[1])) * unit
         thresholds = np.sort(random.integers(0, 4, (3, way.shape[1])), axis=0) * unit
@@ -152,7 +152,7 @@ def test_no_sequence_is_better_in_many_variables_either(seed: int, n_variables: 
     assert len(problem.plan().triplets) == n_actions
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(problems())
 def test_a_plan_holds_together(problem: Problem) -> None:
     plan = problem.plan()
@@ -172,7 +172,7 @@ def test_a_plan_holds_together(problem: Problem) -> None:
     assert plan.is_at_goal or problem.gap(before) < problem.gap(problem.here)
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(problems(), st.randoms(use_true_random=False))
 def test_the_order_of_the_triplets_does_not_matter(problem: Problem, random: object) -> None:
     order = list(range(len(problem.states)))
@@ -185,7 +185,7 @@ def test_the_order_of_the_triplets_does_not_matter(problem: Problem, random: obj
         np.testing.assert_array_equal(mine[list(one.triplets)], theirs[list(other.triplets)])
 
 
-@settings(max_examples=150)
+@settings(max_examples=100)
 @given(problems())
 def test_more_actions_never_make_the_level_coarser(problem: Problem) -> None:
     n_levels = len(problem.thresholds)
@@ -194,7 +194,7 @@ def test_more_actions_never_make_the_level_coarser(problem: Problem) -> None:
     assert levels == sorted(levels, reverse=True)
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(problems())
 def test_a_planner_that_has_planned_before_plans_the_same(problem: Problem) -> None:
     planner = Planner(

@@ -66,7 +66,7 @@ def least_cost(maze: Maze) -> float | None:
     return min(costs, default=None)
 
 
-@settings(max_examples=400)
+@settings(max_examples=250)
 @given(mazes())
 def test_no_path_is_better(maze: Maze) -> None:
     path, n_expanded = maze.path()
@@ -74,7 +74,7 @@ def test_no_path_is_better(maze: Maze) -> None:
     assert (maze.cost(path) if path else None) == least_cost(maze)
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(mazes())
 def test_a_path_goes_from_a_first_node_to_a_last_one(maze: Maze) -> None:
     path, _ = maze.path()
