@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import Field
 
 from real_bench.real_x import (
-    N_LEVELS,
+    AbstractionSettings,
     BlurredImages,
     DynamicAbstraction,
     ObjectPositions,
@@ -17,16 +17,6 @@ from real_bench.real_x import (
     RealX,
 )
 from real_bench.settings import Settings
-
-
-class AbstractionSettings(Settings):
-    """Settings of the Dynamic Abstraction.
-
-    Attributes:
-        levels: L, how many levels of abstraction there are.
-    """
-
-    levels: int = Field(N_LEVELS, ge=2, le=100_000)
 
 
 class ImageSettings(Settings):

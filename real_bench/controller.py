@@ -15,6 +15,7 @@ Either way it is made with the two spaces, and it is called in this order::
     controller.start_intrinsic_phase()
     controller.step(...) or .next_action(...)     # until the phase's steps are over
     controller.end_intrinsic_phase(observation, reward, done)
+    controller.use_experience(experience)         # all of it: the time to learn
     state = controller.get_state()                # kept in the run file
     # extrinsic phase, perhaps in another process
     controller.set_state(state)
@@ -108,7 +109,12 @@ class BasePolicy:
         """Go on from what :meth:`get_state` gave."""
 
     def use_experience(self, experience: Experience) -> None:
-        """The triplets of the intrinsic phase, as far as the condition lets them be seen."""
+        """The triplets of the intrinsic phase, as far as the condition lets them be seen.
+
+        Given at the end of the phase, where what is learned from them is kept with the state, and
+        again before the tests, after :meth:`set_state`: for a controller that did not play itself
+        this is the time to learn.
+        """
 
 
 class Controller(BasePolicy):

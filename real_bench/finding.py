@@ -71,10 +71,15 @@ def blame(error: BaseException, file: str | None = None) -> str:
     if isinstance(error, SyntaxError):
         return f"{error.filename}, line {error.lineno}: {error.msg}"
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if file is not None and frame.filename == file] or list(frames)
+    own = [frame for frame in frames if frame.filename == file] or list(frames)
     place = f"{own[-1].filename}, line {own[-1].lineno}: " if own else ""
     text = " ".join(str(error).split())
     return f"{place}{type(error).__name__}{': ' if text else ''}{text}"
+
+
+def passed_through(error: BaseException, file: str | None) -> bool:
+    """Whether any code of a file had to do with an error."""
+    return any(frame.filename == file for frame in traceback.extract_tb(error.__traceback__))
 
 
 def _load_named(name: str) -> type[Any]:

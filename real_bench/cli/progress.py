@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import time
 
 from rich.console import Console
+from rich.logging import RichHandler
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -43,6 +45,9 @@ class ProgressDisplay:
             transient=True,
         )
         self._task = self._bar.add_task(title, total=total, note="")
+        self._handler = RichHandler(
+            console=self._console, show_time=False, show_level=False, show_path=False
+        )
         self._began = self._last_line = time.monotonic()
         self._first: int | None = None
 
@@ -70,7 +75,11 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         self._bar.start()
+        logger = logging.getLogger("real_bench")  # what parts say of long work of their own
+        logger.setLevel(logging.INFO)
+        logger.addHandler(self._handler)
         return self
 
     def __exit__(self, *_: object) -> None:
+        logging.getLogger("real_bench").removeHandler(self._handler)
         self._bar.stop()

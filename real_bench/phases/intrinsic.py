@@ -19,7 +19,7 @@ from real_bench.finding import find_controller, resolved, source_sha256
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
-from real_bench.recording import MOVED_M, Cut, Header, Recorder, package_versions
+from real_bench.recording import MOVED_M, Cut, Experience, Header, Recorder, package_versions
 from real_bench.settings import settings_in_full
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
@@ -101,7 +101,7 @@ class IntrinsicPhase:
             with self._recorder(header, resume, overwrite) as recorder, stop_requests() as stop:
                 self._begin(task, guest, recorder.cut)
                 if not recorder.ended:
-                    _Play(task, guest, recorder, self.steps).run(report, stop)
+                    _Play(task, guest, recorder, self.steps, self.out).run(report, stop)
         finally:
             task.close()
         return guest
@@ -153,8 +153,9 @@ LONGEST_UNMARKED_S = 10.0
 class _Play:
     """The playing itself, from wherever the phase has come to."""
 
-    def __init__(self, task: Task, guest: Guest, recorder: Recorder, steps: int) -> None:
-        self._task, self._guest, self._recorder, self._steps = task, guest, recorder, steps
+    def __init__(self, task: Task, guest: Guest, recorder: Recorder, steps: int, out: Path) -> None:
+        self._task, self._guest, self._recorder = task, guest, recorder
+        self._steps, self._out = steps, out
         self._next_mark = 0.0
 
     def run(self, report: Report, stop: StopRequest) -> None:
@@ -167,6 +168,9 @@ class _Play:
             recorder.mark(self._guest.get_state())
             if recorder.n_steps >= self._steps:
                 self._guest.call("end_intrinsic_phase", self._task.observe().now(), 0.0, True)
+                recorder.mark(self._guest.get_state())
+                recorder.write()
+                self._guest.use_experience(Experience(self._out, self._task.condition))
                 recorder.mark(self._guest.get_state(), ended=True)
         except RecordingError:
             raise  # it could not be written before, and cannot now

@@ -5,7 +5,7 @@ the benchmark shows, and the architecture puts them together to a controller.
 """
 
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
-from real_bench.real_x.architecture import PlannerSettings, RealX
+from real_bench.real_x.architecture import AbstractionSettings, PlannerSettings, RealX
 from real_bench.real_x.explorer import RandomExplorer
 from real_bench.real_x.perception import BlurredImages, ObjectPositions, Perception
 from real_bench.real_x.planner import DEPTH, Plan, Planner
@@ -14,6 +14,7 @@ from real_bench.real_x.triplets import Triplets
 __all__ = [
     "DEPTH",
     "N_LEVELS",
+    "AbstractionSettings",
     "BlurredImages",
     "DynamicAbstraction",
     "ObjectPositions",

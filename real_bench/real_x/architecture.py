@@ -17,7 +17,7 @@ from real_bench.actions import Action
 from real_bench.controller import Controller, State
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
-from real_bench.real_x.abstraction import DynamicAbstraction
+from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
 from real_bench.real_x.explorer import RandomExplorer
 from real_bench.real_x.perception import Perception
 from real_bench.real_x.planner import DEPTH, Plan, Planner
@@ -26,6 +26,16 @@ from real_bench.recording import Experience
 from real_bench.settings import Settings
 
 Abstractor = Callable[[Triplets], DynamicAbstraction]
+
+
+class AbstractionSettings(Settings):
+    """Settings of the Dynamic Abstraction.
+
+    Attributes:
+        levels: L, how many levels of abstraction there are.
+    """
+
+    levels: int = Field(N_LEVELS, ge=2, le=100_000)
 
 
 class PlannerSettings(Settings):
@@ -67,14 +77,19 @@ class RealX(Controller):
         """Begin the random sequence of this seed."""
         self._random = np.random.default_rng(seed)
         self._explorer = RandomExplorer(self.action_space, self._random)
+        self._perception.seed(seed)
 
     def get_state(self) -> State:
-        """Where in its random sequence it is."""
-        return {"random": self._random.bit_generator.state}
+        """Where in its random sequence it is, and what it has learned to see."""
+        return {
+            "random": self._random.bit_generator.state,
+            "perception": self._perception.get_state(),
+        }
 
     def set_state(self, state: State) -> None:
-        """Go on in the random sequence."""
+        """Go on from there."""
         self._random.bit_generator.state = state["random"]
+        self._perception.set_state(state["perception"])
 
     def use_experience(self, experience: Experience) -> None:
         """Abstract the triplets and make a planner of them."""

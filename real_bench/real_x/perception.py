@@ -38,8 +38,31 @@ class Perception(Protocol):
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """Objects' x, y in (k, V) states, (k, n_objects, 2) metres, where these tell them."""
 
+    def seed(self, seed: int) -> None:
+        """Of what it will learn."""
 
-class ObjectPositions:
+    def get_state(self) -> dict[str, Any]:
+        """What it has learned, as plain values and arrays."""
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with what it has learned."""
+
+
+class _Unlearned:
+    """A perception that learns nothing."""
+
+    def seed(self, seed: int) -> None:
+        """Nothing is random."""
+
+    def get_state(self) -> dict[str, Any]:
+        """Nothing."""
+        return {}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Nothing to go on with."""
+
+
+class ObjectPositions(_Unlearned):
     """States are x and y of each object, metres (paper, condition REAL_OM)."""
 
     def state(self, observation: Mapping[str, Any]) -> State:
@@ -61,7 +84,7 @@ class ObjectPositions:
         return states.reshape(len(states), states.shape[1] // 2, 2)
 
 
-class BlurredImages:
+class BlurredImages(_Unlearned):
     """States are the camera images themselves, seen out of focus, grey and small.
 
     In a sharp image most pixels are left exactly as they are by most actions, so at most levels

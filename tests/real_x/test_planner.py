@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -242,6 +243,31 @@ def test_a_plan_with_fewer_actions_is_taken_though_it_ends_farther_away() -> Non
     triplets = Triplets([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
     plan = Planner(triplets, DynamicAbstraction([[0.1]])).plan([0.0], [1.0])
     assert plan.triplets == (0,)
+
+
+def test_a_way_that_first_leads_away_is_taken_where_it_has_fewer_actions() -> None:
+    """Two actions by way of -0.5, and three that come nearer each time."""
+    triplets = Triplets(
+        [[0.0], [0.33], [0.67], [0.0], [-0.5]], [[0.33], [0.67], [1.0], [-0.5], [1.0]]
+    )
+    plan = Planner(triplets, DynamicAbstraction([[0.02]])).plan([0.0], [1.0])
+    assert plan.triplets == (3, 4)
+
+
+def test_coarseness_brings_one_farther_than_any_action_does() -> None:
+    """The first variable is moved by actions; in the second, all that matters is the threshold."""
+    states = [[0.0, 9.0], [1.0, 15.0], [0.0, 9.9], [0.6, 15.0], [1.3, 15.0]]
+    outcomes = [[1.0, 9.0], [2.0, 15.0], [0.6, 9.9], [1.3, 15.0], [2.0, 15.0]]
+    planner = Planner(Triplets(states, outcomes), DynamicAbstraction([[0.05, 10.0]]))
+    assert planner.plan([0.0, 0.0], [2.0, 15.0]).triplets == (0, 1)
+
+
+@pytest.mark.parametrize("order", [*permutations(range(4))])
+def test_of_plans_that_are_equally_good_always_the_same_is_taken(order: tuple[int, ...]) -> None:
+    corners = np.array([[0.375, 0.375], [0.375, 0.625], [0.625, 0.375], [0.625, 0.625]])
+    triplets = Triplets(np.zeros((4, 2)), corners[list(order)])
+    plan = Planner(triplets, DynamicAbstraction([[0.25, 0.25]])).plan([0.0, 0.0], [0.5, 0.5])
+    assert [order[number] for number in plan.triplets] == [0]
 
 
 def test_a_finer_level_is_taken_though_its_plan_is_longer() -> None:

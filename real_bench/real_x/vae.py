@@ -1,0 +1,128 @@
+"""The Variational Autoencoder that turns images into a few variables (paper, section REAL-LD)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import nn
+from torch.nn import functional
+
+from real_bench.errors import RealBenchError
+
+Weights = dict[str, NDArray[np.float32]]
+Report = Callable[[int, float], None]
+
+
+@dataclass(frozen=True)
+class Training:
+    """How a VAE is trained.
+
+    Attributes:
+        epochs: how often every image is seen.
+        batch: how many images a step of Adam sees.
+        rate: of Adam's learning.
+        weight: of reconstruction against the prior. The paper's 76,800 pixels weigh 1 each; of
+            16 times fewer cells each weighs 16.
+    """
+
+    epochs: int = 30
+    batch: int = 128
+    rate: float = 1e-3
+    weight: float = 1.0
+
+
+class VAE:
+    """One hidden layer each way, as in the paper; inputs are images of values from 0 to 1.
+
+    The same seed, images and device give the same weights, bit for bit.
+
+    Args:
+        n_inputs: cells of an image.
+        n_latent: variables that it is squeezed into.
+        n_hidden: units of the hidden layers.
+        seed: of the first weights and of all that is drawn in training.
+    """
+
+    def __init__(self, n_inputs: int, n_latent: int, n_hidden: int, seed: int) -> None:
+        self.n_inputs, self.n_latent = n_inputs, n_latent
+        self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+        self._seed = seed
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            self._network = _Network(n_inputs, n_latent, n_hidden).to(self._device)
+
+    def __deepcopy__(self, memo: object) -> VAE:
+        return self  # a trained one is only read
+
+    def train(self, images: NDArray[np.float32], training: Training, report: Report) -> None:
+        """Learn to reconstruct images, (n, n_inputs); told are the epoch and its mean loss."""
+        if images.ndim != 2 or images.shape[1] != self.n_inputs or len(images) == 0:
+            raise RealBenchError(
+                f"a VAE of {self.n_inputs} inputs cannot learn from images {images.shape}"
+            )
+        random = torch.Generator().manual_seed(self._seed)
+        noise = torch.Generator(self._device).manual_seed(self._seed)
+        optimizer = torch.optim.Adam(self._network.parameters(), lr=training.rate)
+        data = torch.from_numpy(images)
+        for epoch in range(training.epochs):
+            total = 0.0
+            order = torch.randperm(len(data), generator=random)
+            for rows in torch.split(order, training.batch):
+                batch = data[rows].to(self._device)
+                loss = self._network.loss(batch, training.weight, noise)
+                optimizer.zero_grad()
+                loss.backward()  # type: ignore[no-untyped-call]
+                optimizer.step()
+                total += float(loss.detach()) * len(batch)
+            report(epoch, total / len(data))
+
+    def encode(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
+        """The means of the latent variables of images, (n, n_inputs) to (n, n_latent)."""
+        with torch.no_grad():
+            parts = [
+                self._network.encode(part.to(self._device))[0].cpu()
+                for part in torch.split(torch.from_numpy(np.ascontiguousarray(images)), 1024)
+            ]
+        return np.asarray(torch.cat(parts).numpy(), np.float64)
+
+    def weights(self) -> Weights:
+        """What it has learned, as arrays."""
+        return {
+            name: values.cpu().numpy().copy() for name, values in self._network.state_dict().items()
+        }
+
+    def set_weights(self, weights: Mapping[str, NDArray[np.float32]]) -> None:
+        """Go on with what another one has learned; raises RealBenchError if it does not fit."""
+        tensors = {name: torch.from_numpy(np.array(values)) for name, values in weights.items()}
+        try:
+            self._network.load_state_dict(tensors)
+        except RuntimeError as error:
+            raise RealBenchError(f"these weights are of another VAE: {error}") from error
+
+
+class _Network(nn.Module):
+    def __init__(self, n_inputs: int, n_latent: int, n_hidden: int) -> None:
+        super().__init__()
+        self.inward = nn.Linear(n_inputs, n_hidden)
+        self.mean = nn.Linear(n_hidden, n_latent)
+        self.log_variance = nn.Linear(n_hidden, n_latent)
+        self.outward = nn.Linear(n_latent, n_hidden)
+        self.image = nn.Linear(n_hidden, n_inputs)
+
+    def encode(self, images: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        hidden = torch.relu(self.inward(images))
+        return self.mean(hidden), self.log_variance(hidden)
+
+    def loss(self, images: torch.Tensor, weight: float, noise: torch.Generator) -> torch.Tensor:
+        """Binary cross-entropy of the reconstruction and KL of the code, mean of the images."""
+        mean, log_variance = self.encode(images)
+        drawn = torch.randn(mean.shape, generator=noise, device=mean.device)
+        code = mean + drawn * torch.exp(log_variance / 2)
+        logits = self.image(torch.relu(self.outward(code)))
+        missed = functional.binary_cross_entropy_with_logits(logits, images, reduction="sum")
+        prior = -0.5 * torch.sum(1 + log_variance - mean**2 - log_variance.exp())
+        return (weight * missed + prior) / len(images)

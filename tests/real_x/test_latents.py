@@ -1,0 +1,128 @@
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from real_bench.controllers.real_ld import RealLD
+
+from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError
+from real_bench.goal_sets import GoalSet, generate_goal_set
+from real_bench.phases.extrinsic import ExtrinsicPhase
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.trial import TrialPlan
+from real_bench.real_x.background import Background
+from real_bench.real_x.latents import EyeSettings, Latents, VAESettings
+from real_bench.recording import Experience, Recording
+from real_bench.scoring.result import TrialResult
+from real_bench.simulation import Scene
+from tests.recording.bench import ignore
+
+IM = Condition.parse("IM")
+SMALL = {"eye": {"width": 40, "height": 30, "blur": 2}, "vae": {"hidden": 16, "epochs": 2}}
+
+
+@pytest.fixture(scope="module")
+def goals(builtin_scene: Scene) -> GoalSet:
+    return generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 1})
+
+
+def play(scene: Scene, controller: str, out: Path, steps: int = 8000) -> Path:
+    settings = SMALL if controller == "real_ld" else {}
+    phase = IntrinsicPhase(controller, IM, 1, scene, steps, 2, out, settings=settings)
+    phase.run(ignore, resume=True)
+    return out
+
+
+@pytest.fixture(scope="module")
+def run(builtin_scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return play(builtin_scene, "real_ld", tmp_path_factory.mktemp("run") / "run.h5")
+
+
+def face(scene: Scene, goals: GoalSet, run: Path, out: Path) -> tuple[TrialResult, ...]:
+    plan = TrialPlan("real_ld", IM, scene, goals, 2, trial_steps=2000, run=run, settings=SMALL)
+    return ExtrinsicPhase(plan, 1, out).run(ignore).trials
+
+
+def test_what_was_learned_at_play_is_kept_and_used_in_tests(
+    builtin_scene: Scene, goals: GoalSet, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Recording(run) as recording:
+        weights = recording.controller_state()["perception"]["vae"]
+    assert weights["mean.bias"].shape == (7,)
+    monkeypatch.setattr(Latents, "_train", lambda *_: pytest.fail("it learned again"))
+    face(builtin_scene, goals, run, tmp_path / "score.json")
+
+
+def test_it_learns_the_same_from_what_another_one_recorded(
+    builtin_scene: Scene, goals: GoalSet, run: Path, tmp_path: Path
+) -> None:
+    other = play(builtin_scene, "real_r", tmp_path / "r.h5")
+    assert face(builtin_scene, goals, other, tmp_path / "other.json") == face(
+        builtin_scene, goals, run, tmp_path / "own.json"
+    )
+
+
+def test_play_that_was_cut_learns_from_all_of_it(builtin_scene: Scene, tmp_path: Path) -> None:
+    out = tmp_path / "cut.h5"
+    states = []
+    for steps in (3000, 5000):
+        play(builtin_scene, "real_ld", out, steps)
+        with Recording(out) as recording:
+            states.append(recording.controller_state()["perception"]["vae"]["inward.weight"])
+    assert not np.array_equal(*states)
+
+
+def test_codes_of_triplets_are_those_of_what_is_seen(run: Path) -> None:
+    sees = Latents(EyeSettings(**SMALL["eye"]), VAESettings(**SMALL["vae"]))
+    with pytest.raises(RealBenchError, match="background"):
+        sees.state({"retina": np.zeros((240, 320, 3), np.uint8)})
+    triplets = sees.triplets(Experience(run, IM))
+    with Recording(run) as recording:
+        rows, images = recording.transitions, recording.images()
+    for state, outcome, row in zip(triplets.states, triplets.outcomes, rows, strict=True):
+        before, after = images[row["precondition"]], images[row["outcome"]]
+        np.testing.assert_allclose(sees.state({"retina": before}), state, rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(sees.goal({"goal": after}), outcome, rtol=1e-5, atol=1e-6)
+
+
+def test_a_copy_sees_the_same(run: Path, builtin_scene: Scene) -> None:
+    from real_bench.spaces import action_space, observation_space
+
+    spaces = action_space(builtin_scene, IM), observation_space(builtin_scene, IM, 1)
+    controller = RealLD(*spaces, RealLD.Settings(**SMALL))
+    controller.use_experience(Experience(run, IM))
+    image = np.random.default_rng(0).integers(0, 255, (240, 320, 3)).astype(np.uint8)
+    seen = {"retina": image, "goal": image}
+    twin = copy.deepcopy(controller)
+    np.testing.assert_array_equal(twin._perception.state(seen), controller._perception.state(seen))
+
+
+def scenery(n: int = 60) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    """A square that jumps about before a still background, and where it is."""
+    random = np.random.default_rng(0)
+    images = np.repeat(random.integers(0, 120, (1, 30, 40, 3)), n, axis=0).astype(np.uint8)
+    where = np.zeros((n, 30, 40), bool)
+    for image, mask in zip(images, where, strict=True):
+        row, column = random.integers(0, (24, 34))
+        mask[row : row + 6, column : column + 6] = True
+        image[mask] = 250
+    return images, where
+
+
+def test_foreground_is_what_moves_and_looking_changes_nothing() -> None:
+    images, where = scenery()
+    background = Background(images)
+    found = np.array([background.foreground(image) for image in images])
+    agree = (found > 0) == where
+    assert agree[10:].mean() > 0.995
+    again = np.array([background.foreground(image) for image in images[::-1]])[::-1]
+    np.testing.assert_array_equal(again, found)
+
+
+def test_one_image_has_no_background() -> None:
+    with pytest.raises(RealBenchError, match="2 images or more, not 1"):
+        Background(scenery(1)[0])
