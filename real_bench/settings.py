@@ -94,6 +94,8 @@ def _read_file(file: Path) -> Values:
     except (OSError, UnicodeDecodeError) as error:
         raise ControllerError(f"the settings file {file} cannot be read: {error}") from error
     values = _parsed(text, f"the settings file {file}")
+    if values is None:  # an empty file, or nothing but comments
+        return {}
     if not isinstance(values, dict):
         raise ControllerError(f"the settings file {file} must hold names and values")
     return values
@@ -102,7 +104,7 @@ def _read_file(file: Path) -> Values:
 def _parsed(text: str, source: str) -> Any:
     try:
         return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, AttributeError, RecursionError) as error:
+    except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:
         # some scalars, such as a date in month 13, break YAML's reader in its own ways
         raise ControllerError(f"{source}: {' '.join(str(error).split())}") from error
 

@@ -90,20 +90,29 @@ def test_an_assignment_without_name_or_value_is_refused(assignment: str) -> None
 
 
 BAD_YAML = ["[1, 2", "'open", "{a: 1", "a: b: c", "!!python/object:os.system x", "&", "\x07"]
-BAD_SCALARS = ["2020-13-45", "0x_", "!!int four", "!!timestamp now", "[" * 500 + "]" * 500]
+BAD_SCALARS = [
+    "2020-13-45",
+    "0x_",
+    "!!int four",
+    "!!timestamp now",
+    "!!bool maybe",
+    "!!int ''",
+    "[" * 500 + "]" * 500,
+]
 """The YAML reader's own errors are not all of one family."""
 
 
-@pytest.mark.parametrize("text", BAD_YAML)
+@pytest.mark.parametrize(
+    "text",
+    [
+        *BAD_YAML,
+        *(pytest.param(text, id=text[:14]) for text in BAD_SCALARS),
+    ],
+)
 def test_a_value_that_is_no_yaml_is_told_in_one_line(text: str) -> None:
     with pytest.raises(ControllerError, match=r"--set planner\.depth: ") as caught:
         read_settings(None, [f"planner.depth={text}"])
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("text", BAD_SCALARS, ids=[text[:14] for text in BAD_SCALARS])
-def test_a_value_that_yaml_takes_for_what_it_is_not_is_told_in_one_line(text: str) -> None:
-    test_a_value_that_is_no_yaml_is_told_in_one_line(text)
 
 
 NAMES = st.text("abc", min_size=1, max_size=3)
@@ -160,12 +169,18 @@ def test_assignments_go_over_the_file(tmp_path: Path) -> None:
     assert over == {"planner": {"depth": 3, "width": 2}, "levels": 5, "other": 1}
 
 
+def test_a_file_without_values_sets_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "settings.yaml"
+    for content in ("", "# planner:\n#   depth: 8\n"):
+        file.write_text(content, encoding="utf-8")
+        assert read_settings(file, []) == {}
+
+
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
         (None, "cannot be read: .*No such file"),
         (b"\xff\xfe\x00", "cannot be read: .*decode"),
-        (b"", "must hold names and values"),
         (b"- depth\n", "must hold names and values"),
         (b"depth\n", "must hold names and values"),
         (b"planner: [1\ndepth: 3\n", "while parsing"),

@@ -54,7 +54,7 @@ class DynamicAbstraction:
     @classmethod
     def fixed(cls, thresholds: ArrayLike) -> DynamicAbstraction:
         """One level only, with (V,) thresholds chosen by hand: REAL-T."""
-        return cls(np.atleast_2d(np.asarray(thresholds, np.float64)))
+        return cls(np.asarray(thresholds, np.float64).reshape(1, -1))
 
     @property
     def n_levels(self) -> int:

@@ -127,6 +127,7 @@ class RealX(Controller):
             "level": plan.level,
             "thresholds": None if plan.level is None else levels[plan.level].tolist(),
             "plan": list(plan.triplets),
+            "plan_length": len(plan.triplets),
             "nodes_expanded": plan.n_expanded,
             "state": state.tolist(),
             "goal": goal.tolist(),

@@ -23,7 +23,17 @@ RESUMED_ALIKE = (
     "settings",
     "images",
 )
-RECORDED_PACKAGES = ("pybullet", "numpy", "h5py", "hdf5plugin", "gymnasium")
+RECORDED_PACKAGES = (
+    "pybullet",
+    "numpy",
+    "h5py",
+    "hdf5plugin",
+    "gymnasium",
+    "scipy",
+    "pillow",
+    "opencv-python-headless",
+    "torch",
+)
 
 
 class Header(BaseModel):

@@ -50,7 +50,10 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--controller", "real_x"), "unknown controller 'real_x': use one of real_r"),
+        (
+            ("--controller", "real_x"),
+            "unknown controller 'real_x': use one of real_d, real_ld, real_r, real_t",
+        ),
         (("--controller", "none.py"), "none.py does not exist"),
         (("--controller", "broken.py"), "broken.py, line 2: expected ':'"),
         (("--controller", "raising.py"), "raising.py, line 2: ValueError: no such luck"),

@@ -64,6 +64,7 @@ def check_plan(decision: dict[str, object], run: Path) -> None:
         outcomes = recording.object_poses[recording.transitions["outcome"]]
     expected = outcomes[decision["plan"], 0, :2]
     np.testing.assert_array_equal(np.reshape(decision["predicted"], (-1, 2)), expected)
+    assert decision["plan_length"] == len(expected)
     missed = decision["missed_by"]
     if len(expected):
         ended = np.array(decision["positions_after"])[0, :2]

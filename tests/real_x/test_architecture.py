@@ -207,6 +207,23 @@ def changed(run: Path, folder: Path, change: Callable[[h5py.File], None]) -> Pat
 
 
 @BOTH
+def test_a_way_is_gone_action_by_action(
+    builtin_scene: Scene, run: Path, tmp_path: Path, controller: str
+) -> None:
+    way = np.append(0.0, np.cumsum(0.1 - 0.01 * np.arange(8)))[:, None] * [1, 1, 0]
+
+    def lay(file: h5py.File) -> None:
+        file["ground_truth/object_poses"][:, 0, :3] = way
+
+    laid = changed(run, tmp_path, lay)
+    ready, experience = made(controller, builtin_scene, laid), Experience(laid, OM)
+    for number in range(1, 5):
+        action = ready.next_action(seen(way[number] + 0.001, way[5]))
+        np.testing.assert_array_equal(action.commands, experience.action(number).commands)
+    assert np.isnan(ready.next_action(seen(way[5] + 0.001, way[5])).commands).all()
+
+
+@BOTH
 @pytest.mark.parametrize("experience", ["none", "one", "alike", "without effect"])
 def test_experience_that_leads_nowhere_lets_it_rest(
     face: Face,
