@@ -23,6 +23,7 @@ class RealLD(RealX):
     """Explores at random; learns to see at the end of free play; plans over latent variables."""
 
     Settings = RealLDSettings
+    uses_images = True
 
     def __init__(self, action_space: Any, observation_space: Any, settings: RealLDSettings) -> None:
         super().__init__(

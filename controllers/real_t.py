@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from real_bench.errors import ControllerError
 from real_bench.real_x import DynamicAbstraction, ObjectPositions, PlannerSettings, RealX, Triplets
 from real_bench.settings import Settings
 
@@ -36,6 +37,8 @@ class RealT(RealX):
                 np.tile(settings.thresholds, triplets.n_variables // len(settings.thresholds))
             )
 
+        if "object_positions" not in observation_space.spaces:
+            raise ControllerError("its thresholds are of positions: it needs an O condition")
         super().__init__(
             action_space,
             observation_space,

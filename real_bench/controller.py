@@ -58,10 +58,13 @@ class BasePolicy:
         learns_across_trials: true for a controller that goes on learning from one trial to the
             next. It is then tested in one process, goal after goal; any other controller meets
             every goal as the intrinsic phase left it.
+        uses_images: true for a controller that learns from recorded images in every condition;
+            they are then recorded also where it sees positions.
         Settings: the class of its settings, where it has any.
     """
 
     learns_across_trials = False
+    uses_images = False
     Settings: ClassVar[type[settings.Settings] | None] = None
 
     def __init__(self, action_space: Any, observation_space: Any) -> None:

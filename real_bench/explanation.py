@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.errors import ActionError
 
 
 @dataclass(frozen=True)
@@ -28,3 +29,16 @@ class Explanation:
     facts: Mapping[str, Any]
     actions: tuple[Action, ...] = ()
     positions: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.facts, Mapping):
+            raise ActionError(f"facts must be names and values, not {type(self.facts).__name__}")
+        if not all(isinstance(action, Action) for action in self.actions):
+            raise ActionError("the actions of an explanation must be of class Action")
+        if self.positions is not None:
+            positions = np.asarray(self.positions, np.float64)
+            object.__setattr__(self, "positions", positions)
+            if positions.ndim != 3 or positions.shape[2] != 2 or not np.isfinite(positions).all():
+                raise ActionError(
+                    f"positions must be finite numbers (k, n_objects, 2), not {positions.shape}"
+                )

@@ -116,7 +116,9 @@ def _nested(names: list[str], value: Any) -> Values:
 def _defaults(kind: type[Settings], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Every name that can be set, dotted, with its default."""
     for name, field in kind.model_fields.items():
-        default = field.get_default(call_default_factory=True)
+        default = (
+            "(required)" if field.is_required() else field.get_default(call_default_factory=True)
+        )
         if isinstance(default, Settings):
             yield from _defaults(type(default), f"{prefix}{name}.")
         else:

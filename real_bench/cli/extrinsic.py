@@ -76,8 +76,8 @@ def extrinsic(
 ) -> None:
     """Test a controller on goals that it has never seen, and print the score table.
 
-    Controller, condition, objects and scene are by default those of the recording. Every trial
-    lasts 10,000 steps and begins in a fresh world.
+    Controller, its settings, condition, objects and scene are by default those of the recording.
+    Every trial lasts 10,000 steps and begins in a fresh world.
     """
     from real_bench.phases.extrinsic import ExtrinsicPhase
 

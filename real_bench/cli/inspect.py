@@ -68,7 +68,7 @@ def describe_recording(path: Path) -> dict[str, Any]:
             "share_of_actions_that_moved_an_object": (
                 round(recording.share_moved(), 4) if n_triplets else None
             ),
-            "last_level_with_threshold_below_1_cm": fine_levels(recording),
+            "last_level_with_threshold_below_1_cm": fine_levels(recording) if n_triplets else None,
             "images": recording.n_images or 0,
             **header.model_dump(mode="json", exclude={"images", "scene_source"}),
         }

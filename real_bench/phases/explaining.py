@@ -96,16 +96,19 @@ class Explainer:
         image, before = self._task.simulation.image().retina, self._positions()
         yield
         explanation = guest.explain() or Explanation("not explained", {})
+        expected = explanation.positions
+        if expected is not None and expected.shape[1] != len(before):
+            raise guest.fault(f"explain() gives positions of {expected.shape[1]} objects")
         self._decisions.append(Decision(explanation, image, before, self._positions()))
 
     def save(self, folder: Path, name: str) -> None:
         """Write ``name.json`` and ``name.png``; raises RealBenchError."""
-        record = {
-            "challenge": self._goal.challenge,
-            "goal_positions": self._goal.final_poses[:, :3].tolist(),
-            "decisions": [decision.to_json() for decision in self._decisions],
-        }
         try:
+            record = {
+                "challenge": self._goal.challenge,
+                "goal_positions": self._goal.final_poses[:, :3].tolist(),
+                "decisions": [decision.to_json() for decision in self._decisions],
+            }
             text = json.dumps(record, indent=1, allow_nan=False)
         except (TypeError, ValueError) as error:
             raise RealBenchError(f"an explanation holds what JSON cannot: {error}") from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -228,6 +229,8 @@ def _start_worker(plan: TrialPlan) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
     sys.stdout = sys.stderr  # what a controller prints is no result
+    logging.basicConfig(format="%(message)s")
+    logging.getLogger("real_bench").setLevel(logging.INFO)
     threading.Thread(target=_die_with_parent, daemon=True).start()
     _Worker.plan = plan
 

@@ -55,7 +55,8 @@ class IntrinsicPhase:
         steps: how long the phase lasts, from its very beginning.
         seed: of the controller's randomness.
         out: the recording.
-        images: record the camera image of every state; None: in image conditions only.
+        images: record the camera image of every state; None: in image conditions, and where the
+            controller uses them.
         settings: values for the controller's settings; its defaults where they are silent.
     """
 
@@ -138,13 +139,17 @@ class IntrinsicPhase:
             controller_class=kind.__qualname__,
             controller_sha256=source_sha256(kind),
             settings=settings_in_full(kind, self.controller, self.settings),
-            images=self._records_images,
+            images=self._records_images(kind),
             versions=package_versions(),
         )
 
-    @property
-    def _records_images(self) -> bool:
-        return not self.condition.sees_objects if self.images is None else self.images
+    def _records_images(self, kind: type[Any]) -> bool:
+        uses_images = bool(getattr(kind, "uses_images", False))
+        if self.images is False and uses_images:
+            raise RealBenchError(f"controller {self.controller} learns from images: record them")
+        if self.images is None:
+            return uses_images or not self.condition.sees_objects
+        return self.images
 
 
 LONGEST_UNMARKED_S = 10.0

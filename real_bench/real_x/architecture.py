@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from real_bench.actions import Action
+from real_bench.actions import ACTION_STEPS, Action
 from real_bench.controller import Controller, State
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
+from real_bench.phases.lengths import TRIAL_STEPS
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
 from real_bench.real_x.explorer import RandomExplorer
 from real_bench.real_x.perception import Perception
@@ -42,10 +43,10 @@ class PlannerSettings(Settings):
     """Settings of the planner.
 
     Attributes:
-        depth: the most actions a plan may have; it is one fewer after each action of a trial.
+        depth: the most actions a plan may have; never more than a trial has left of its ten.
     """
 
-    depth: int = Field(DEPTH, ge=1, le=1000)
+    depth: int = Field(DEPTH, ge=1, le=DEPTH)
 
 
 class RealX(Controller):
@@ -69,7 +70,7 @@ class RealX(Controller):
         super().__init__(action_space, observation_space)
         self._perception, self._abstractor, self._depth = perception, abstractor, depth
         self._planner: Planner | None = None
-        self._actions_left: int | None = None  # None: at play
+        self._actions_left: int | None = None  # of a trial; None: at play
         self._decision: tuple[NDArray[np.float64], NDArray[np.float64], Plan] | None = None
         self.seed(0)
 
@@ -92,10 +93,15 @@ class RealX(Controller):
         self._perception.set_state(state["perception"])
 
     def use_experience(self, experience: Experience) -> None:
-        """Abstract the triplets and make a planner of them."""
+        """Abstract the triplets and make a planner of them.
+
+        An action that the end of the phase cut short has no outcome to plan with.
+        """
         self._experience = experience
+        self._whole = np.flatnonzero(experience.durations == ACTION_STEPS)
         triplets = self._perception.triplets(experience)
-        self._planner = Planner(triplets, self._abstractor(triplets))
+        whole = Triplets(triplets.states[self._whole], triplets.outcomes[self._whole])
+        self._planner = Planner(whole, self._abstractor(whole))
 
     def start_extrinsic_phase(self) -> None:
         """The tests begin; raises ControllerError where there is nothing to plan with."""
@@ -103,18 +109,19 @@ class RealX(Controller):
             raise ControllerError("it plans with what it went through: give it a --run")
 
     def start_extrinsic_trial(self) -> None:
-        """As many actions are left as a plan may have."""
-        self._actions_left = self._depth
+        """All of a trial's actions are left."""
+        self._actions_left = TRIAL_STEPS // ACTION_STEPS
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """At play: whatever the explorer wants. In a trial: the first action of a new plan."""
         if self._planner is None or self._actions_left is None:
             return self._explorer.next_action()
         state, goal = self._perception.state(observation), self._perception.goal(observation)
-        plan = self._planner.plan(state, goal, max(1, self._actions_left))
+        depth = min(self._depth, max(1, self._actions_left))
+        plan = self._planner.plan(state, goal, depth)
         self._decision = (state, goal, plan)
         self._actions_left -= 1
-        return self._experience.action(plan.triplets[0]) if plan.triplets else self._rest()
+        return self._action(plan.triplets[0]) if plan.triplets else self._rest()
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action."""
@@ -126,15 +133,18 @@ class RealX(Controller):
         facts = {
             "level": plan.level,
             "thresholds": None if plan.level is None else levels[plan.level].tolist(),
-            "plan": list(plan.triplets),
+            "plan": self._whole[list(plan.triplets)].tolist(),
             "plan_length": len(plan.triplets),
             "nodes_expanded": plan.n_expanded,
             "state": state.tolist(),
             "goal": goal.tolist(),
             "predicted": predicted.tolist(),
         }
-        actions = tuple(map(self._experience.action, plan.triplets))
+        actions = tuple(map(self._action, plan.triplets))
         return Explanation(_title(plan), facts, actions, self._perception.positions(predicted))
+
+    def _action(self, triplet: int) -> Action:
+        return self._experience.action(int(self._whole[triplet]))
 
     def _rest(self) -> Action:
         """Nothing, for one action."""

@@ -23,6 +23,8 @@ from real_bench.settings import Settings
 LATENT_AN_OBJECT = 7
 """Latent variables an object, as in the paper."""
 
+PAPER_PIXELS = 320 * 240
+
 log = logging.getLogger(__name__)
 
 
@@ -41,13 +43,17 @@ class EyeSettings(Settings):
 
 
 class VAESettings(Settings):
-    """How the VAE is made and trained; see :class:`real_bench.real_x.vae.Training`."""
+    """How the VAE is made and trained; see :class:`real_bench.real_x.vae.Training`.
+
+    The paper's were 30 epochs. Without a ``weight``, a cell weighs as many of the paper's pixels as
+    it covers.
+    """
 
     hidden: int = Field(512, ge=1, le=100_000)
     epochs: int = Field(10, ge=1)
     batch: int = Field(128, ge=1)
     rate: float = Field(1e-3, gt=0)
-    weight: float = Field(16.0, gt=0)
+    weight: float | None = Field(None, gt=0)
 
 
 class Latents:
@@ -101,7 +107,10 @@ class Latents:
 
     def foregrounds(self, images: NDArray[np.uint8]) -> NDArray[np.float32]:
         """What the VAE is shown of (n, height, width, 3) images in the eye's size: (n, cells)."""
-        return np.array([self._foreground(image) for image in images])
+        found = np.empty((len(images), self._eye.width * self._eye.height), np.float32)
+        for row, image in zip(found, images, strict=True):
+            row[:] = self._foreground(image)
+        return found
 
     def encode(self, foregrounds: NDArray[np.float32]) -> NDArray[np.float64]:
         """The codes of foregrounds, (n, cells) to (n, V); raises RealBenchError untrained."""
@@ -111,14 +120,19 @@ class Latents:
 
     def get_state(self) -> dict[str, Any]:
         """What the VAE has learned; the background is learned anew from the run's images."""
-        if self._vae is None:
-            return {}
-        return {"vae": self._vae.weights(), "learned_from": self._learned_from}
+        learned = {} if self._vae is None else self._vae.weights()
+        return {
+            "seed": self._seed,
+            "settings": self._settings(),
+            "vae": learned,
+            "learned_from": self._learned_from,
+        }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on with what was learned before."""
-        weights = state.get("vae")
-        if weights:
+        """Go on with what was learned before, unless it was learned with other settings."""
+        self._seed = state["seed"]
+        weights = state["vae"]
+        if weights and state["settings"] == self._settings():
             self._vae = self._made(len(weights["mean.bias"]))
             self._vae.set_weights(weights)
             self._learned_from = state["learned_from"]
@@ -135,13 +149,17 @@ class Latents:
             marked = gaussian_filter(marked, self._eye.blur, mode="constant")
         return np.ravel(marked)
 
+    def _settings(self) -> dict[str, Any]:
+        return {"eye": self._eye.model_dump(), "vae": self._vae_settings.model_dump()}
+
     def _made(self, n_latent: int) -> VAE:
         n_inputs = self._eye.width * self._eye.height
         return VAE(n_inputs, n_latent, self._vae_settings.hidden, self._seed)
 
     def _train(self, vae: VAE, foregrounds: NDArray[np.float32]) -> None:
         settings = self._vae_settings
-        training = Training(settings.epochs, settings.batch, settings.rate, settings.weight)
+        weight = settings.weight or PAPER_PIXELS / vae.n_inputs
+        training = Training(settings.epochs, settings.batch, settings.rate, weight)
 
         def report(epoch: int, loss: float) -> None:
             log.info("VAE: epoch %d of %d, loss %.1f", epoch + 1, settings.epochs, loss)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 import torch
@@ -14,7 +17,27 @@ from torch.nn import functional
 from real_bench.errors import RealBenchError
 
 Weights = dict[str, NDArray[np.float32]]
+P = ParamSpec("P")
+R = TypeVar("R")
+
+THREADS = 2
+
 Report = Callable[[int, float], None]
+
+
+def _fixed_threads(function: Callable[P, R]) -> Callable[P, R]:
+    """Compute with THREADS threads: other numbers add in another order."""
+
+    @functools.wraps(function)
+    def with_them(*arguments: P.args, **named: P.kwargs) -> R:
+        before = torch.get_num_threads()
+        torch.set_num_threads(THREADS)
+        try:
+            return function(*arguments, **named)
+        finally:
+            torch.set_num_threads(before)
+
+    return with_them
 
 
 @dataclass(frozen=True)
@@ -29,16 +52,17 @@ class Training:
             16 times fewer cells each weighs 16.
     """
 
-    epochs: int = 30
-    batch: int = 128
-    rate: float = 1e-3
-    weight: float = 1.0
+    epochs: int
+    batch: int
+    rate: float
+    weight: float
 
 
 class VAE:
     """One hidden layer each way, as in the paper; inputs are images of values from 0 to 1.
 
-    The same seed, images and device give the same weights, bit for bit.
+    The same seed, images and device give the same weights, bit for bit; so it always computes with
+    the same number of threads.
 
     Args:
         n_inputs: cells of an image.
@@ -58,6 +82,7 @@ class VAE:
     def __deepcopy__(self, memo: object) -> VAE:
         return self  # a trained one is only read
 
+    @_fixed_threads
     def train(self, images: NDArray[np.float32], training: Training, report: Report) -> None:
         """Learn to reconstruct images, (n, n_inputs); told are the epoch and its mean loss."""
         if images.ndim != 2 or images.shape[1] != self.n_inputs or len(images) == 0:
@@ -78,8 +103,11 @@ class VAE:
                 loss.backward()  # type: ignore[no-untyped-call]
                 optimizer.step()
                 total += float(loss.detach()) * len(batch)
+            if not math.isfinite(total):
+                raise RealBenchError(f"the VAE diverged in epoch {epoch + 1}: lower its rate")
             report(epoch, total / len(data))
 
+    @_fixed_threads
     def encode(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
         """The means of the latent variables of images, (n, n_inputs) to (n, n_latent)."""
         with torch.no_grad():

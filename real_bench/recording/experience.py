@@ -24,6 +24,11 @@ class Experience:
     Args:
         path: a recording; it is opened for each reading, so that an experience can be copied and
             sent to other processes.
+
+    Attributes:
+        object_names: their names, in order.
+        durations: how many steps each action lasted, (n,); the last one may have been cut short.
+
         condition: what the controller that is given it may see.
     """
 
@@ -36,6 +41,7 @@ class Experience:
             self.object_names = recording.header.object_names
             self._poses = recording.object_poses if sees_objects else None
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
+        self.durations: NDArray[np.int64] = rows["n_steps"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
 
     def __deepcopy__(self, memo: object) -> Experience:

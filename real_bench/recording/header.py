@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -140,9 +143,23 @@ def _plain(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
+@cache
+def _source_sha256() -> str:
+    """The hash of our own code, which changes more often than its version."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for file in sorted(package.rglob("*.py")):
+        digest.update(str(file.relative_to(package)).encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
+
+
 def package_versions() -> dict[str, str]:
     """The versions that can change what a run does."""
-    versions = {"real-bench": __version__, "python": platform.python_version()}
+    versions = {
+        "real-bench": __version__,
+        "real-bench source": _source_sha256()[:16],
+        "python": platform.python_version(),
+    }
     for package in RECORDED_PACKAGES:
         try:
             versions[package] = version(package)

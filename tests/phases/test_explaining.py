@@ -102,6 +102,9 @@ def test_a_controller_that_does_not_explain_itself_is_drawn_all_the_same(
 @pytest.mark.parametrize(
     ("answer", "error", "message"),
     [
+        ("Explanation('odd', ['a'])", ControllerError, "facts must be names and values"),
+        ("Explanation('odd', {}, (), [[1, 2]])", ControllerError, "must be finite numbers"),
+        ("Explanation('odd', {}, (), [[[1, 2]] * 3])", ControllerError, "positions of 3 objects"),
         ("'because'", ControllerError, r"explain\(\) must return an Explanation, not str"),
         ("Explanation('odd', {'x': object()})", RealBenchError, "holds what JSON cannot"),
         ("Explanation('odd', {'x': float('nan')})", RealBenchError, "holds what JSON cannot"),

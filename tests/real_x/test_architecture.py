@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.controller import Controller
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerError, RealBenchError
 from real_bench.finding import find_controller
 from real_bench.goal_sets import GoalSet, generate_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase
@@ -150,8 +150,14 @@ def test_a_goal_that_one_known_action_makes_is_reached(
 
 
 @BOTH
-def test_another_plan_is_made_after_every_action_with_one_action_less(
-    face: Face, run: Path, monkeypatch: pytest.MonkeyPatch, controller: str
+@pytest.mark.parametrize(("depth", "expected"), [(3, [3, 3, 3, 3]), (10, [10, 9, 8, 7])])
+def test_another_plan_is_made_after_every_action_for_what_is_left_of_the_trial(
+    face: Face,
+    run: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    controller: str,
+    depth: int,
+    expected: list[int],
 ) -> None:
     depths, plan = [], Planner.plan
 
@@ -160,8 +166,8 @@ def test_another_plan_is_made_after_every_action_with_one_action_less(
         return plan(planner, state, goal, depth)
 
     monkeypatch.setattr(Planner, "plan", spy)
-    face(controller, run, steps=3500, settings={"planner": {"depth": 3}})
-    assert depths == [3, 2, 1, 1]
+    face(controller, run, steps=3500, settings={"planner": {"depth": depth}})
+    assert depths == expected
 
 
 @BOTH
@@ -297,7 +303,7 @@ def test_real_t_cannot_be_tested_where_it_sees_no_positions(
 ) -> None:
     """Its thresholds are metres."""
     images = play("real_r", 1000, "IM")
-    with pytest.raises(ControllerError, match=r"real_t: .*no positions"):
+    with pytest.raises(ControllerError, match=r"real_t: .*needs an O condition"):
         face("real_t", images, condition="IM")
     assert not (tmp_path / "score.json").exists()
 
@@ -340,3 +346,18 @@ def test_states_are_the_positions_of_all_objects(
     goal = two.goals[0]
     np.testing.assert_allclose(states[0][:4], goal.initial_poses[:, :2].reshape(-1), atol=1e-6)
     np.testing.assert_allclose(states[0][4:], goal.final_poses[:, :2].reshape(-1), atol=1e-12)
+
+
+def test_an_action_that_was_cut_short_is_not_planned_with(builtin_scene: Scene, play: Play) -> None:
+    ready = made("real_d", builtin_scene, play("real_d", 4500))
+    assert ready._planner is not None
+    assert len(ready._planner.triplets) == 4
+
+
+def test_real_ld_records_the_images_that_it_learns_from(builtin_scene: Scene) -> None:
+    kind, out = find_controller("real_ld"), Path("run.h5")
+    assert kind.uses_images
+    facts = ("real_ld", OM, 1, builtin_scene, 1000, 0, out)
+    assert IntrinsicPhase(*facts)._header(kind).images
+    with pytest.raises(RealBenchError, match="learns from images"):
+        IntrinsicPhase(*facts, images=False)._header(kind)

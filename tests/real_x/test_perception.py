@@ -80,5 +80,5 @@ def test_more_cells_than_memory_are_refused_before_they_are_made() -> None:
         def __len__(self) -> int:
             return 15_000
 
-    with pytest.raises(RealBenchError, match=r"320 x 240 cells would take 36\.9 GB .* fewer cells"):
+    with pytest.raises(RealBenchError, match=r"320 x 240 cells would take 64\.5 GB .* fewer cells"):
         BlurredImages(320, 240, 3.0).triplets(Many())

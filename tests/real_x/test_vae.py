@@ -46,7 +46,9 @@ def test_loss_falls_and_every_epoch_is_told() -> None:
     images, _ = blobs()
     told: list[tuple[int, float]] = []
     VAE(SIDE * SIDE, 2, 32, 1).train(
-        images, Training(epochs=8), lambda epoch, loss: told.append((epoch, loss))
+        images,
+        Training(epochs=8, batch=128, rate=1e-3, weight=1.0),
+        lambda epoch, loss: told.append((epoch, loss)),
     )
     assert [epoch for epoch, _ in told] == list(range(8))
     assert told[-1][1] < told[0][1]
@@ -74,7 +76,7 @@ def test_weights_of_another_shape_and_images_of_another_size_are_refused() -> No
         vae.set_weights(VAE(SIDE * SIDE, 3, 32, seed=1).weights())
     for wrong in (images[:, 1:], images[:0]):
         with pytest.raises(RealBenchError, match="cannot learn from images"):
-            vae.train(wrong, Training(epochs=1), ignore_epochs)
+            vae.train(wrong, Training(epochs=1, batch=128, rate=1e-3, weight=1.0), ignore_epochs)
 
 
 def test_training_leaves_the_global_randomness_alone() -> None:
@@ -85,3 +87,24 @@ def test_training_leaves_the_global_randomness_alone() -> None:
     torch.manual_seed(5)
     trained(blobs(20)[0], epochs=1)
     assert torch.equal(torch.rand(3), expected)
+
+
+def test_a_vae_that_diverges_says_so() -> None:
+    with pytest.raises(RealBenchError, match="diverged in epoch 1: lower its rate"):
+        VAE(SIDE * SIDE, 2, 32, 1).train(
+            blobs(100)[0], Training(epochs=3, batch=8, rate=1e30, weight=1.0), ignore_epochs
+        )
+
+
+def test_the_number_of_threads_does_not_matter() -> None:
+    import torch
+
+    images, _ = blobs(100)
+    before = torch.get_num_threads()
+    codes = []
+    for threads in (1, 3):
+        torch.set_num_threads(threads)
+        codes.append(trained(images, epochs=2).encode(images))
+        assert torch.get_num_threads() == threads
+    torch.set_num_threads(before)
+    np.testing.assert_array_equal(*codes)
