@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +23,12 @@ class Experience:
     Where the condition has no O there are no positions, whatever the file holds.
 
     Args:
-        path: a recording; it is opened for each reading, so that an experience can be copied and
-            sent to other processes.
+        path: a recording; it is opened again for images, and once for the commands.
+        condition: what the controller that is given it may see.
 
     Attributes:
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
-
-        condition: what the controller that is given it may see.
     """
 
     def __init__(self, path: Path, condition: Condition) -> None:
@@ -97,9 +96,13 @@ class Experience:
     def action(self, index: int) -> Action:
         """An action as it was executed, ready to be executed again."""
         first, count = int(self._first_commands[index]), int(self._n_commands[index])
-        with Recording(self._path) as recording:
-            rows = recording.commands(first, count)
+        rows = self._commands[first : first + count]
         return Action(rows["command"], rows["n_steps"], rows["line"].astype(bool))
+
+    @cached_property
+    def _commands(self) -> NDArray[Any]:
+        with Recording(self._path) as recording:
+            return recording.commands()
 
     def _positions(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
         if self._poses is None:
