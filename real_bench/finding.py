@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any
 
 from real_bench.controller import BasePolicy, Controller
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerError, RealBenchError
 from real_bench.files import file_sha256
 
 GROUP = "real_bench.controllers"
@@ -77,9 +77,10 @@ def blame(error: BaseException, file: str | None = None) -> str:
     return f"{place}{type(error).__name__}{': ' if text else ''}{text}"
 
 
-def passed_through(error: BaseException, file: str | None) -> bool:
-    """Whether any code of a file had to do with an error."""
-    return any(frame.filename == file for frame in traceback.extract_tb(error.__traceback__))
+def says_enough(error: BaseException, file: str | None) -> bool:
+    """Whether an error of ours needs no place: ``file`` raised it, or had nothing to do with it."""
+    files = [frame.filename for frame in traceback.extract_tb(error.__traceback__)]
+    return isinstance(error, RealBenchError) and (file not in files or files[-1] == file)
 
 
 def _load_named(name: str) -> type[Any]:

@@ -11,9 +11,9 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command, check_action, wants_render
-from real_bench.errors import ActionError, ControllerError, PhysicsError, RealBenchError
+from real_bench.errors import ActionError, ControllerError, PhysicsError
 from real_bench.explanation import Explanation
-from real_bench.finding import blame, is_action_level, passed_through, source_file
+from real_bench.finding import blame, is_action_level, says_enough, source_file
 from real_bench.recording import Experience, State
 from real_bench.settings import check_settings
 from real_bench.task import Task
@@ -129,8 +129,8 @@ class Guest:
         except PhysicsError:
             raise  # of the world that it looks at, not its own
         except (Exception, SystemExit) as error:
-            if isinstance(error, RealBenchError) and not passed_through(error, self._file):
-                raise self.fault(str(error)) from error  # our own parts say all there is to say
+            if says_enough(error, self._file):
+                raise self.fault(str(error)) from error
             name = getattr(function, "__name__", "it")
             raise self.fault(f"{name}() failed at {blame(error, self._file)}") from error
 
