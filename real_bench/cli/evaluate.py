@@ -19,13 +19,7 @@ Example:
 
 
 @click.command(epilog=EPILOG)
-@options.controller_option
-@options.settings_option
-@options.set_option
-@options.condition_option
-@options.objects_option
-@options.scene_option
-@options.seed_option
+@options.setting_options
 @click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
 @click.option("--trials", type=int, help="Test only the first N goals. [default: all]")

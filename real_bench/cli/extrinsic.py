@@ -34,19 +34,13 @@ BELOW_MINIMUM = 3
 
 
 @click.command(epilog=EPILOG)
-@options.controller_option
-@options.settings_option
-@options.set_option
+@options.setting_options
 @click.option(
     "--run",
     type=options.FILE,
     help=f"Recording to learn from. [default: {options.DEFAULT_RUN}, if it fits]",
 )
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
-@options.condition_option
-@options.objects_option
-@options.scene_option
-@options.seed_option
 @click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
 @click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes.")
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)

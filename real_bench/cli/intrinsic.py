@@ -25,13 +25,7 @@ Example:
 
 
 @click.command(epilog=EPILOG)
-@options.controller_option
-@options.settings_option
-@options.set_option
-@options.condition_option
-@options.objects_option
-@options.scene_option
-@options.seed_option
+@options.setting_options
 @click.option("--steps", type=int, help=f"Length of the phase. [default: {INTRINSIC_STEPS:,}]")
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
 @click.option(

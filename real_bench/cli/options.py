@@ -39,6 +39,16 @@ scene_option: Decorator = click.option(
     "--scene", metavar="S", help="official, builtin, or the path of a manifest."
 )
 seed_option: Decorator = click.option("--seed", type=int, help="Seed of all randomness.")
+
+SETTING_OPTIONS = (
+    controller_option,
+    settings_option,
+    set_option,
+    condition_option,
+    objects_option,
+    scene_option,
+    seed_option,
+)
 resume_option: Decorator = click.option(
     "--resume", is_flag=True, help="Go on where the output file ends, if it exists."
 )
@@ -48,6 +58,13 @@ overwrite_option: Decorator = click.option(
 json_option: Decorator = click.option(
     "--json", "as_json", is_flag=True, help="Print JSON on standard output."
 )
+
+
+def setting_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What every phase is told: who plays, with what settings, under which condition, where."""
+    for option in reversed(SETTING_OPTIONS):
+        command = option(command)
+    return command
 
 
 def recorded_settings(header: Header | None, controller: str | None) -> dict[str, Any]:
