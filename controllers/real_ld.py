@@ -6,7 +6,8 @@ from functools import partial
 from typing import Any
 
 from real_bench.real_x import AbstractionSettings, DynamicAbstraction, PlannerSettings, RealX
-from real_bench.real_x.latents import EyeSettings, Latents, VAESettings
+from real_bench.real_x.eye import EyeSettings
+from real_bench.real_x.latents import Latents, VAESettings
 from real_bench.settings import Settings
 
 

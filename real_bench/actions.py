@@ -120,6 +120,21 @@ class Action:
         """No command: go home and stay there. ``size`` is that of a command vector."""
         return cls(np.full((1, size), np.nan), np.array([n_steps]), np.array([False]))
 
+    def commanded(self, moments: ArrayLike) -> NDArray[np.float64]:
+        """What is commanded at some moments, (k, size).
+
+        Args:
+            moments: (k,) steps since the action began, 0 to its duration; of two commands that
+                meet there, it is the earlier one.
+        """
+        at = np.clip(np.asarray(moments, np.float64), 0, self.duration)
+        ends = np.cumsum(self.n_steps)
+        row = np.searchsorted(ends, at)
+        before = np.vstack([np.zeros(self.commands.shape[1]), self.commands[:-1]])[row]
+        part = 1 - (ends[row] - at) / self.n_steps[row]
+        part = np.where(self.line[row], part, 1.0)[:, None]
+        return np.asarray(before + (self.commands[row] - before) * part, np.float64)
+
     def first(self, n_steps: int) -> Action:
         """The first steps of the action; the action itself where it is no longer than that."""
         if n_steps >= self.duration:

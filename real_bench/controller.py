@@ -11,7 +11,8 @@ Either way it is made with the two spaces, and it is called in this order::
     controller = YourClass(action_space, observation_space)
     controller.seed(seed)
     # intrinsic phase
-    controller.set_state(state)                   # only where a run is resumed
+    controller.set_state(state)                   # only where a run is resumed,
+    controller.resume_intrinsic_phase(experience) # with what was recorded before the cut
     controller.start_intrinsic_phase()
     controller.step(...) or .next_action(...)     # until the phase's steps are over
     controller.end_intrinsic_phase(observation, reward, done)
@@ -78,6 +79,12 @@ class BasePolicy:
         action's ``render`` is true.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step()")
+
+    def resume_intrinsic_phase(self, experience: Experience) -> None:
+        """Free play goes on after a cut, with what was recorded up to it.
+
+        So memories of what was seen need not be part of the state.
+        """
 
     def start_intrinsic_phase(self) -> None:
         """Free play begins."""

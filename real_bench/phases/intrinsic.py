@@ -19,7 +19,7 @@ from real_bench.finding import find_controller, resolved, source_sha256
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
-from real_bench.recording import MOVED_M, Cut, Experience, Header, Recorder, package_versions
+from real_bench.recording import MOVED_M, Experience, Header, Recorder, package_versions
 from real_bench.settings import settings_in_full
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
@@ -100,7 +100,7 @@ class IntrinsicPhase:
             guest = Guest(self.controller, kind, task, self.settings)
             header = self._header(kind)
             with self._recorder(header, resume, overwrite) as recorder, stop_requests() as stop:
-                self._begin(task, guest, recorder.cut)
+                self._begin(task, guest, recorder)
                 if not recorder.ended:
                     _Play(task, guest, recorder, self.steps, self.out).run(report, stop)
         finally:
@@ -114,8 +114,9 @@ class IntrinsicPhase:
         camera = self.scene.manifest.camera
         return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=overwrite)
 
-    def _begin(self, task: Task, guest: Guest, cut: Cut | None) -> None:
+    def _begin(self, task: Task, guest: Guest, recorder: Recorder) -> None:
         """Put world and controller where the phase begins, or where it was cut."""
+        cut = recorder.cut
         if cut is None:
             guest.seed(self.seed)
             task.begin()
@@ -123,6 +124,8 @@ class IntrinsicPhase:
         # A controller that hands over no state must not play the same actions once more.
         guest.seed(derived_seed(self.seed, cut.number))
         guest.set_state(cut.controller_state)
+        if recorder.n_steps < self.steps:
+            guest.call("resume_intrinsic_phase", Experience(self.out, self.condition))
         task.begin(object_poses=cut.object_poses, joint_positions=cut.joint_positions)
 
     def _header(self, kind: type[Any]) -> Header:

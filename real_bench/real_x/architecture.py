@@ -7,7 +7,7 @@ and plans for each goal, anew after every action.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,15 @@ from real_bench.explanation import Explanation
 from real_bench.phases.lengths import TRIAL_STEPS
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
 from real_bench.real_x.explorer import RandomExplorer
+from real_bench.real_x.home import is_home
 from real_bench.real_x.perception import Perception
 from real_bench.real_x.planner import DEPTH, Plan, Planner
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
 from real_bench.settings import Settings
+
+if TYPE_CHECKING:  # torch is for those who are curious
+    from real_bench.real_x.curiosity import Curiosity
 
 Abstractor = Callable[[Triplets], DynamicAbstraction]
 
@@ -57,6 +61,7 @@ class RealX(Controller):
         perception: what states are made of.
         abstractor: makes levels of abstraction from triplets.
         depth: the most actions a plan may have.
+        curiosity: chooses among random actions at play; without it the first one is done.
     """
 
     def __init__(
@@ -66,9 +71,11 @@ class RealX(Controller):
         perception: Perception,
         abstractor: Abstractor,
         depth: int = DEPTH,
+        curiosity: Curiosity | None = None,
     ) -> None:
         super().__init__(action_space, observation_space)
         self._perception, self._abstractor, self._depth = perception, abstractor, depth
+        self._curiosity = curiosity
         self._planner: Planner | None = None
         self._actions_left: int | None = None  # of a trial; None: at play
         self._decision: tuple[NDArray[np.float64], NDArray[np.float64], Plan] | None = None
@@ -79,26 +86,41 @@ class RealX(Controller):
         self._random = np.random.default_rng(seed)
         self._explorer = RandomExplorer(self.action_space, self._random)
         self._perception.seed(seed)
+        if self._curiosity is not None:
+            self._curiosity.seed(seed)
 
     def get_state(self) -> State:
         """Where in its random sequence it is, and what it has learned to see."""
-        return {
+        state: State = {
             "random": self._random.bit_generator.state,
             "perception": self._perception.get_state(),
         }
+        if self._curiosity is not None:
+            state["curiosity"] = self._curiosity.get_state()
+        return state
 
     def set_state(self, state: State) -> None:
         """Go on from there."""
         self._random.bit_generator.state = state["random"]
         self._perception.set_state(state["perception"])
+        if self._curiosity is not None:
+            self._curiosity.set_state(state["curiosity"])
+
+    def resume_intrinsic_phase(self, experience: Experience) -> None:
+        """Remember what was done before the cut."""
+        if self._curiosity is not None:
+            self._curiosity.recall(experience)
 
     def use_experience(self, experience: Experience) -> None:
         """Abstract the triplets and make a planner of them.
 
-        An action that the end of the phase cut short has no outcome to plan with.
+        Not planned with are an action that the end of the phase cut short, and those with the arm
+        in view before or after.
         """
         self._experience = experience
-        self._whole = np.flatnonzero(experience.durations == ACTION_STEPS)
+        home = is_home(experience.joint_positions)
+        out_of_view = home[experience.preconditions] & home[experience.outcomes]
+        self._whole = np.flatnonzero(out_of_view & (experience.durations == ACTION_STEPS))
         triplets = self._perception.triplets(experience)
         whole = Triplets(triplets.states[self._whole], triplets.outcomes[self._whole])
         self._planner = Planner(whole, self._abstractor(whole))
@@ -115,7 +137,7 @@ class RealX(Controller):
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """At play: whatever the explorer wants. In a trial: the first action of a new plan."""
         if self._planner is None or self._actions_left is None:
-            return self._explorer.next_action()
+            return self._explore(observation)
         state, goal = self._perception.state(observation), self._perception.goal(observation)
         depth = min(self._depth, max(1, self._actions_left))
         plan = self._planner.plan(state, goal, depth)
@@ -142,6 +164,11 @@ class RealX(Controller):
         }
         actions = tuple(map(self._action, plan.triplets))
         return Explanation(_title(plan), facts, actions, self._perception.positions(predicted))
+
+    def _explore(self, observation: Mapping[str, Any]) -> Action:
+        if self._curiosity is None:
+            return self._explorer.next_action()
+        return self._curiosity.choose(observation, self._explorer.next_action)
 
     def _action(self, triplet: int) -> Action:
         return self._experience.action(int(self._whole[triplet]))

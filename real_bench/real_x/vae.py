@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ParamSpec, TypeVar
 
 import numpy as np
 import torch
@@ -15,29 +13,11 @@ from torch import nn
 from torch.nn import functional
 
 from real_bench.errors import RealBenchError
+from real_bench.real_x.threads import fixed_threads
 
 Weights = dict[str, NDArray[np.float32]]
-P = ParamSpec("P")
-R = TypeVar("R")
-
-THREADS = 2
-
-Report = Callable[[int, float], None]
-
-
-def _fixed_threads(function: Callable[P, R]) -> Callable[P, R]:
-    """Compute with THREADS threads: other numbers add in another order."""
-
-    @functools.wraps(function)
-    def with_them(*arguments: P.args, **named: P.kwargs) -> R:
-        before = torch.get_num_threads()
-        torch.set_num_threads(THREADS)
-        try:
-            return function(*arguments, **named)
-        finally:
-            torch.set_num_threads(before)
-
-    return with_them
+Report = Callable[[int, int, float], None]
+"""Told of an epoch (from 0), how many there are, and its mean loss."""
 
 
 @dataclass(frozen=True)
@@ -82,9 +62,9 @@ class VAE:
     def __deepcopy__(self, memo: object) -> VAE:
         return self  # a trained one is only read
 
-    @_fixed_threads
+    @fixed_threads
     def train(self, images: NDArray[np.float32], training: Training, report: Report) -> None:
-        """Learn to reconstruct images, (n, n_inputs); told are the epoch and its mean loss."""
+        """Learn to reconstruct images, (n, n_inputs)."""
         if images.ndim != 2 or images.shape[1] != self.n_inputs or len(images) == 0:
             raise RealBenchError(
                 f"a VAE of {self.n_inputs} inputs cannot learn from images {images.shape}"
@@ -105,9 +85,9 @@ class VAE:
                 total += float(loss.detach()) * len(batch)
             if not math.isfinite(total):
                 raise RealBenchError(f"the VAE diverged in epoch {epoch + 1}: lower its rate")
-            report(epoch, total / len(data))
+            report(epoch, training.epochs, total / len(data))
 
-    @_fixed_threads
+    @fixed_threads
     def encode(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
         """The means of the latent variables of images, (n, n_inputs) to (n, n_latent)."""
         with torch.no_grad():

@@ -29,6 +29,7 @@ class Experience:
     Attributes:
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
+        joint_positions: of the robot in every state, (n_states, 9) radians.
     """
 
     def __init__(self, path: Path, condition: Condition) -> None:
@@ -39,6 +40,7 @@ class Experience:
             sees_objects = condition.sees_objects and recorded.sees_objects
             self.object_names = recording.header.object_names
             self._poses = recording.object_poses if sees_objects else None
+            self.joint_positions: NDArray[np.float64] = recording.states["joint_positions"]
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
         self.durations: NDArray[np.int64] = rows["n_steps"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
@@ -85,13 +87,14 @@ class Experience:
             Its values by number of the state, in the order of their time, (n_states, ...).
         """
         with Recording(self._path) as recording:
-            chunks = range(0, recording.n_states, IMAGES_A_CHUNK)
-            values = [
-                function(image)
-                for first in chunks
-                for image in recording.images(first, IMAGES_A_CHUNK)
-            ]
-        return np.array(values)
+            values = np.empty(0)
+            for first in range(0, recording.n_states, IMAGES_A_CHUNK):
+                for row, image in enumerate(recording.images(first, IMAGES_A_CHUNK), first):
+                    value = function(image)
+                    if row == 0:  # only now is it known what there will be room for
+                        values = np.empty((recording.n_states, *value.shape), value.dtype)
+                    values[row] = value
+        return values
 
     def action(self, index: int) -> Action:
         """An action as it was executed, ready to be executed again."""

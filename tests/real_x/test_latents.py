@@ -15,14 +15,18 @@ from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialPlan
 from real_bench.real_x.background import Background
-from real_bench.real_x.latents import EyeSettings, Latents, VAESettings
+from real_bench.real_x.eye import EyeSettings
+from real_bench.real_x.latents import Latents, VAESettings
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation import Scene
 from tests.recording.bench import ignore
 
 IM = Condition.parse("IM")
-SMALL = {"eye": {"width": 40, "height": 30, "blur": 2}, "vae": {"hidden": 16, "epochs": 2}}
+SMALL = {
+    "eye": {"width": 40, "height": 30, "shrink": 1, "blur": 2},
+    "vae": {"hidden": 16, "samples": 18},
+}
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +57,7 @@ def test_what_was_learned_at_play_is_kept_and_used_in_tests(
     with Recording(run) as recording:
         weights = recording.controller_state()["perception"]["vae"]
     assert weights["mean.bias"].shape == (7,)
-    monkeypatch.setattr(Latents, "_train", lambda *_: pytest.fail("it learned again"))
+    monkeypatch.setattr(Latents, "learn", lambda *_: pytest.fail("it learned again"))
     face(builtin_scene, goals, run, tmp_path / "score.json")
 
 

@@ -13,7 +13,7 @@ from real_bench.real_x.vae import VAE, Training
 SIDE = 12
 
 
-def ignore_epochs(epoch: int, loss: float) -> None:
+def ignore_epochs(epoch: int, n_epochs: int, loss: float) -> None:
     """Progress that nobody looks at."""
 
 
@@ -48,7 +48,7 @@ def test_loss_falls_and_every_epoch_is_told() -> None:
     VAE(SIDE * SIDE, 2, 32, 1).train(
         images,
         Training(epochs=8, batch=128, rate=1e-3, weight=1.0),
-        lambda epoch, loss: told.append((epoch, loss)),
+        lambda epoch, n_epochs, loss: told.append((epoch, loss)),
     )
     assert [epoch for epoch, _ in told] == list(range(8))
     assert told[-1][1] < told[0][1]

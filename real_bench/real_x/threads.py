@@ -1,0 +1,29 @@
+"""The same bits whatever number of threads torch was told to use."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+import torch
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+THREADS = 1
+
+
+def fixed_threads(function: Callable[P, R]) -> Callable[P, R]:
+    """Compute with THREADS threads: other numbers add in another order."""
+
+    @functools.wraps(function)
+    def with_them(*arguments: P.args, **named: P.kwargs) -> R:
+        before = torch.get_num_threads()
+        torch.set_num_threads(THREADS)
+        try:
+            return function(*arguments, **named)
+        finally:
+            torch.set_num_threads(before)
+
+    return with_them
