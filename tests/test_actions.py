@@ -177,3 +177,15 @@ def test_a_macro_lasts_a_thousand_steps_and_comes_home(builtin_scene: Scene) -> 
             assert sum(n_steps for _, n_steps in plan) == ACTION_STEPS
             assert all(n_steps > 0 for _, n_steps in plan)
             assert plan[-1][0] == HOME
+
+
+@given(via_points)
+def test_what_is_commanded_is_what_is_executed(points: np.ndarray) -> None:
+    action = Action.via_points(points)
+    moments = np.arange(1, ACTION_STEPS + 1)
+    np.testing.assert_allclose(action.commanded(moments), joint_path(action), atol=1e-12)
+
+
+def test_what_is_commanded_of_a_macro_is_the_macro() -> None:
+    macro = Action.macro([[0.0, 0.1], [-0.2, 0.3]])
+    assert macro.commanded([0, 500, 1000]).tolist() == [[0.0, 0.1, -0.2, 0.3]] * 3

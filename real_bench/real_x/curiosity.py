@@ -117,6 +117,7 @@ class Curiosity:
 
     def _learn(self, n: int) -> None:
         """Learn anew from the first n actions."""
+        log.info("learning what %d actions changed", n)
         before, after = self._preconditions[:n], self._outcomes[:n]
         images = np.array(self._images[: after[-1] + 1])
         codes = self._eyes.learn(images, self._settings.latent, self._settings.samples)
@@ -127,8 +128,7 @@ class Curiosity:
             actions = np.array(self._actions[:n])[seen]
             self._predictor.train(triplets.states[seen], actions, change[seen])
         self._learned_from = n
-        told = "%d of %d actions changed what is seen: learned to predict it"
-        log.info(told, np.count_nonzero(change & seen), n)
+        log.info("%d of them changed what is seen", np.count_nonzero(change & seen))
 
     def _first_promising(self, propose: Callable[[], Action]) -> Action:
         state = self._eyes.code(self._images[-1])

@@ -21,6 +21,8 @@ def test_it_tells_the_triplets(cut_path: Path, cut_run: Recording) -> None:
     positions = cut_run.object_poses[:, :, :3]
     np.testing.assert_array_equal(experience.positions_before(), positions[rows["precondition"]])
     np.testing.assert_array_equal(experience.positions_after(), positions[rows["outcome"]])
+    np.testing.assert_array_equal(experience.joint_positions, cut_run.states["joint_positions"])
+    np.testing.assert_array_equal(experience.map_images(np.array), images)
     for i, row in enumerate(rows):
         np.testing.assert_array_equal(experience.image_before(i), images[row["precondition"]])
         np.testing.assert_array_equal(experience.image_after(i), images[row["outcome"]])

@@ -1,0 +1,151 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.conditions import Condition
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.real_x.curiosity import Curiosity, CuriositySettings
+from real_bench.real_x.eye import EyeSettings
+from real_bench.real_x.latents import VAESettings
+from real_bench.recording import Experience, Recording
+from real_bench.simulation import Scene
+from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run, start
+
+IM, IJ = Condition.parse("IM"), Condition.parse("IJ")
+VAE = {"hidden": 16, "samples": 600}
+EYE = {"width": 40, "height": 30, "shrink": 1, "blur": 2.0}
+CURIOSITY = {"every": 4, "candidates": 8, "samples": 600, "eye": EYE}
+SMALL = {"vae": VAE, "eye": EYE, "curiosity": CURIOSITY}
+HOME = np.zeros(9)
+
+
+def play(scene: Scene, condition: Condition, out: Path, steps: int, **options: Any) -> Path:
+    settings = {**SMALL, **options}
+    phase = IntrinsicPhase("real_ild", condition, 1, scene, steps, 2, out, settings=settings)
+    phase.run(ignore, resume=True)
+    return out
+
+
+def rows(path: Path) -> NDArray[Any]:
+    with Recording(path) as recording:
+        return recording.commands()
+
+
+@pytest.mark.parametrize("condition", [IM, IJ])
+def test_the_same_seed_gives_the_same_play(
+    builtin_scene: Scene, tmp_path: Path, condition: Condition
+) -> None:
+    first = play(builtin_scene, condition, tmp_path / "1.h5", 11_500)
+    second = play(builtin_scene, condition, tmp_path / "2.h5", 11_500)
+    np.testing.assert_array_equal(rows(first), rows(second))
+    with Recording(first) as one, Recording(second) as two:
+        np.testing.assert_array_equal(one.object_poses, two.object_poses)
+        learned = [run.controller_state()["perception"]["vae"] for run in (one, two)]
+    assert {name: values.tolist() for name, values in learned[0].items()} == {
+        name: values.tolist() for name, values in learned[1].items()
+    }
+
+
+def test_a_run_killed_while_it_learns_goes_on(tmp_path: Path) -> None:
+    short = ("curiosity.every=4", "curiosity.samples=20000", "curiosity.candidates=8")
+    command = realbench(
+        *("intrinsic", "--controller", "real_ild", "--condition", "IM", "--scene", SCENE),
+        *("--resume", "--steps", 9000, "--set", "vae.samples=100"),
+        *(word for setting in short for word in ("--set", setting)),
+        eager=True,
+    )
+    out = tmp_path / "run.h5"
+    process = start(command, tmp_path)
+    assert process.stderr is not None
+    assert any("learning what 4 actions changed" in line for line in process.stderr)
+    process.kill()
+    process.communicate()
+    begun, before = recorded_steps(out), rows(out)
+    assert begun <= 4000
+    finished = run(command, tmp_path)
+    assert finished.returncode == 0, finished.stderr
+    assert "learning what 8 actions changed" in finished.stderr
+    assert recorded_steps(out) == 9000
+    np.testing.assert_array_equal(rows(out)[: len(before)], before)
+
+
+def test_a_run_that_goes_on_has_learned_what_it_had_learned(
+    builtin_scene: Scene, tmp_path: Path
+) -> None:
+    """Its choices in the same state are those of the run that was never cut."""
+    path = play(builtin_scene, IM, tmp_path / "run.h5", 6000)
+    experience = Experience(path, IM)
+    settings = CuriositySettings(**{**CURIOSITY, "eye": EyeSettings(**EYE)})
+    random = np.random.default_rng(0)
+    proposed = [Action.macro(random.uniform(-0.2, 0.0, (2, 2))) for _ in range(20)]
+    lived, recalls = (Curiosity(settings, VAESettings(**VAE)) for _ in range(2))
+    with Recording(path) as recording:
+        states, images = recording.states, recording.images()
+    actions = [experience.action(i) for i in range(len(experience))]
+    for joints, image, action in zip(
+        states["joint_positions"], images, [*actions, None], strict=True
+    ):
+        seen = {"retina": image, "joint_positions": joints}
+        if action is None:
+            expected = lived.choose(seen, iter(proposed).__next__)
+        else:
+            lived.choose(seen, lambda action=action: action)
+    recalls.recall(experience)
+    chosen = recalls.choose(seen, iter(proposed).__next__)
+    np.testing.assert_array_equal(chosen.commands, expected.commands)
+
+
+class Remembered:
+    """An image for every moment, and random macros."""
+
+    def __init__(self, images: NDArray[np.uint8]) -> None:
+        self.images, self.random, self.n_proposed = images, np.random.default_rng(0), 0
+
+    def propose(self) -> Action:
+        self.n_proposed += 1
+        return Action.macro(self.random.uniform(-0.2, 0.0, (2, 2)))
+
+    def live(self, curiosity: Curiosity, joints: NDArray[np.float64] = HOME) -> list[int]:
+        """How many proposals each action took."""
+        counts = []
+        for image in self.images:
+            before = self.n_proposed
+            curiosity.choose({"retina": image, "joint_positions": joints}, self.propose)
+            counts.append(self.n_proposed - before)
+        return counts
+
+
+def curiosity() -> Curiosity:
+    return Curiosity(CuriositySettings(**{**CURIOSITY, "eye": EyeSettings(**EYE)}), VAESettings())
+
+
+def noise(n: int) -> NDArray[np.uint8]:
+    return np.random.default_rng(1).integers(0, 255, (n, 240, 320, 3)).astype(np.uint8)
+
+
+def test_before_it_has_learned_it_takes_the_first_proposal() -> None:
+    assert Remembered(noise(4)).live(curiosity()) == [1] * 4
+
+
+def test_where_all_images_are_alike_it_does_something_at_random() -> None:
+    still = np.repeat(noise(1), 9, axis=0)
+    assert Remembered(still).live(curiosity()) == [1] * 4 + [9] * 5  # 8 candidates, then any
+
+
+def test_where_the_arm_is_always_in_view_it_learns_nothing_but_goes_on() -> None:
+    assert Remembered(noise(6)).live(curiosity(), np.ones(9)) == [1] * 4 + [9] * 2
+
+
+def test_where_every_action_changes_something_the_first_one_will_do() -> None:
+    images, random = np.zeros((9, 240, 320, 3), np.uint8), np.random.default_rng(0)
+    for image in images:
+        row, column = random.integers(0, (180, 260))
+        image[row : row + 60, column : column + 60] = 255
+    counts = Remembered(images).live(curiosity())
+    assert counts == [1] * 4 + [8] * 5  # all candidates are made at once, the first is taken
