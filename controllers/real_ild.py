@@ -33,5 +33,5 @@ class RealILD(RealX):
             perception=Latents(settings.eye, settings.vae),
             abstractor=partial(DynamicAbstraction.learn, n_levels=settings.abstraction.levels),
             depth=settings.planner.depth,
-            curiosity=Curiosity(settings.curiosity, settings.vae),
+            curiosity=Curiosity(settings.curiosity),
         )

@@ -34,16 +34,15 @@ class CuriositySettings(Settings):
         every: actions between two trainings; so many random ones come first.
         candidates: the most actions that are thought of before one is done.
         latent: variables that its VAE squeezes an image into.
-        samples: how many images its VAE is shown in a training, however few there are.
-        eye: what that VAE is shown; less sharp than what plans are made of, since it is learned
+        eye, vae: what it sees with; less sharp than what plans are made of, since it is learned
             anew at every training.
     """
 
     every: int = Field(500, ge=2)
     candidates: int = Field(1000, ge=1)
     latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
-    samples: int = Field(100_000, ge=1)
     eye: EyeSettings = EyeSettings(width=80, height=60, shrink=2, blur=2.0)
+    vae: VAESettings = VAESettings(hidden=128, samples=100_000, batch=128, rate=3e-3, weight=None)
 
 
 class Curiosity:
@@ -53,13 +52,12 @@ class Curiosity:
     not part of a controller's state: where a run is resumed, it comes from the recording.
 
     Args:
-        settings: how often it learns, and how much it thinks of.
-        vae: how its VAE is made and trained, but for how long.
+        settings: how often it learns, how much it thinks of, how it sees.
     """
 
-    def __init__(self, settings: CuriositySettings, vae: VAESettings) -> None:
+    def __init__(self, settings: CuriositySettings) -> None:
         self._settings = settings
-        self._eyes = Latents(settings.eye, vae)
+        self._eyes = Latents(settings.eye, settings.vae)
         self.seed(0)
 
     def seed(self, seed: int) -> None:
@@ -120,7 +118,7 @@ class Curiosity:
         log.info("learning what %d actions changed", n)
         before, after = self._preconditions[:n], self._outcomes[:n]
         images = np.array(self._images[: after[-1] + 1])
-        codes = self._eyes.learn(images, self._settings.latent, self._settings.samples)
+        codes = self._eyes.learn(images, self._settings.latent)
         triplets = Triplets(codes[before], codes[after])
         change, home = changed(triplets), np.array(self._home)
         seen = home[before] & home[after]

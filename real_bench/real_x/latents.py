@@ -86,21 +86,20 @@ class Latents:
         images = experience.map_images(self.shrink)
         if self._vae is None or self._learned_from != len(images):
             n_latent = LATENT_AN_OBJECT * len(experience.object_names)
-            codes = self.learn(images, n_latent, self._vae_settings.samples, _tell)
+            codes = self.learn(images, n_latent, _tell)
         else:
             self._eye.learn_background(images)
             codes = self._encode(self._eye.foregrounds(images))
         return Triplets(codes[experience.preconditions], codes[experience.outcomes])
 
     def learn(
-        self, images: NDArray[np.uint8], n_latent: int, samples: int, report: Report | None = None
+        self, images: NDArray[np.uint8], n_latent: int, report: Report | None = None
     ) -> NDArray[np.float64]:
         """Learn from images in the eye's size; what was learned before is forgotten.
 
         Args:
             images: (n, height, width, 3) in the order of their time.
             n_latent: variables of a code.
-            samples: how many images are shown to the VAE in all.
             report: told of each epoch, how many there are, and its mean loss.
 
         Returns:
@@ -110,7 +109,7 @@ class Latents:
         foregrounds = self._eye.foregrounds(images)
         vae, settings = self._made(n_latent), self._vae_settings
         weight = settings.weight or PAPER_PIXELS / vae.n_inputs
-        epochs = math.ceil(samples / len(images))
+        epochs = math.ceil(settings.samples / len(images))
         training = Training(epochs, settings.batch, settings.rate, weight)
         vae.train(foregrounds, training, report or _say_nothing)
         self._vae, self._learned_from = vae, len(images)

@@ -11,16 +11,14 @@ from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.real_x.curiosity import Curiosity, CuriositySettings
-from real_bench.real_x.eye import EyeSettings
-from real_bench.real_x.latents import VAESettings
 from real_bench.recording import Experience, Recording
 from real_bench.simulation import Scene
 from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run, start
 
 IM, IJ = Condition.parse("IM"), Condition.parse("IJ")
-VAE = {"hidden": 16, "samples": 600}
+VAE = {"hidden": 64, "samples": 6000}
 EYE = {"width": 40, "height": 30, "shrink": 1, "blur": 2.0}
-CURIOSITY = {"every": 4, "candidates": 8, "samples": 600, "eye": EYE}
+CURIOSITY = {"every": 4, "candidates": 8, "eye": EYE, "vae": VAE}
 SMALL = {"vae": VAE, "eye": EYE, "curiosity": CURIOSITY}
 HOME = np.zeros(9)
 
@@ -53,7 +51,7 @@ def test_the_same_seed_gives_the_same_play(
 
 
 def test_a_run_killed_while_it_learns_goes_on(tmp_path: Path) -> None:
-    short = ("curiosity.every=4", "curiosity.samples=20000", "curiosity.candidates=8")
+    short = ("curiosity.every=4", "curiosity.vae.samples=20000", "curiosity.candidates=8")
     command = realbench(
         *("intrinsic", "--controller", "real_ild", "--condition", "IM", "--scene", SCENE),
         *("--resume", "--steps", 9000, "--set", "vae.samples=100"),
@@ -81,10 +79,9 @@ def test_a_run_that_goes_on_has_learned_what_it_had_learned(
     """Its choices in the same state are those of the run that was never cut."""
     path = play(builtin_scene, IM, tmp_path / "run.h5", 6000)
     experience = Experience(path, IM)
-    settings = CuriositySettings(**{**CURIOSITY, "eye": EyeSettings(**EYE)})
     random = np.random.default_rng(0)
     proposed = [Action.macro(random.uniform(-0.2, 0.0, (2, 2))) for _ in range(20)]
-    lived, recalls = (Curiosity(settings, VAESettings(**VAE)) for _ in range(2))
+    lived, recalls = (curiosity() for _ in range(2))
     with Recording(path) as recording:
         states, images = recording.states, recording.images()
     actions = [experience.action(i) for i in range(len(experience))]
@@ -121,8 +118,8 @@ class Remembered:
         return counts
 
 
-def curiosity() -> Curiosity:
-    return Curiosity(CuriositySettings(**{**CURIOSITY, "eye": EyeSettings(**EYE)}), VAESettings())
+def curiosity(every: int = 4) -> Curiosity:
+    return Curiosity(CuriositySettings.model_validate({**CURIOSITY, "every": every}))
 
 
 def noise(n: int) -> NDArray[np.uint8]:
@@ -143,9 +140,9 @@ def test_where_the_arm_is_always_in_view_it_learns_nothing_but_goes_on() -> None
 
 
 def test_where_every_action_changes_something_the_first_one_will_do() -> None:
-    images, random = np.zeros((9, 240, 320, 3), np.uint8), np.random.default_rng(0)
+    images, random = np.zeros((45, 240, 320, 3), np.uint8), np.random.default_rng(0)
     for image in images:
         row, column = random.integers(0, (180, 260))
         image[row : row + 60, column : column + 60] = 255
-    counts = Remembered(images).live(curiosity())
-    assert counts == [1] * 4 + [8] * 5  # all candidates are made at once, the first is taken
+    counts = Remembered(images).live(curiosity(every=40))
+    assert counts == [1] * 40 + [8] * 5  # all candidates are made at once, the first is taken
