@@ -34,15 +34,14 @@ class CuriositySettings(Settings):
         every: actions between two trainings; so many random ones come first.
         candidates: the most actions that are thought of before one is done.
         latent: variables that its VAE squeezes an image into.
-        eye, vae: what it sees with; less sharp than what plans are made of, since it is learned
-            anew at every training.
+        eye, vae: what it sees with, learned anew at every training.
     """
 
     every: int = Field(500, ge=2)
     candidates: int = Field(1000, ge=1)
     latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
-    eye: EyeSettings = EyeSettings(width=80, height=60, shrink=2, blur=2.0)
-    vae: VAESettings = VAESettings(hidden=128, samples=100_000, batch=128, rate=3e-3, weight=None)
+    eye: EyeSettings = EyeSettings()
+    vae: VAESettings = VAESettings(samples=50_000)
 
 
 class Curiosity:

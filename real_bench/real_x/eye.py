@@ -22,10 +22,10 @@ class EyeSettings(Settings):
             Smoothed, two positions of an object overlap, and the nearer they are the more.
     """
 
-    width: int = Field(160, ge=8, le=320)
-    height: int = Field(120, ge=6, le=240)
-    shrink: int = Field(4, ge=1, le=40)
-    blur: float = Field(2.0, ge=0, le=40)
+    width: int = Field(default=80, ge=8, le=320)
+    height: int = Field(default=60, ge=6, le=240)
+    shrink: int = Field(default=2, ge=1, le=40)
+    blur: float = Field(default=2.5, ge=0, le=40)
 
     @model_validator(mode="after")
     def _cells_are_whole(self) -> EyeSettings:
