@@ -40,6 +40,9 @@ BELOW_MINIMUM = 3
     type=options.FILE,
     help=f"Recording to learn from. [default: {options.DEFAULT_RUN}, if it fits]",
 )
+@click.option(
+    "--run-steps", type=int, metavar="N", help="Learn only from its first N steps. [default: all]"
+)
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
 @click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
 @click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes.")
@@ -88,6 +91,7 @@ def plan_trials(
     settings_file: Path | None,
     assignments: tuple[str, ...],
     run: Path | None,
+    run_steps: int | None,
     goals: Path | None,
     condition: str | None,
     objects: int | None,
@@ -132,6 +136,7 @@ def plan_trials(
         seed=seed if seed is not None else (header.seed if header else 0),
         trial_steps=TRIAL_STEPS,
         run=path,
+        run_steps=run_steps,
         settings=merged(
             options.recorded_settings(header, controller),
             read_settings(settings_file, assignments),

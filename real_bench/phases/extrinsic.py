@@ -188,7 +188,7 @@ class ExtrinsicPhase:
             controller_sha256=source_sha256(kind),
             settings=settings_in_full(kind, plan.controller, plan.settings),
             run_sha256=run_sha256,
-            run_steps=run_steps,
+            run_steps=plan.run_steps or run_steps,
             goals_sha256=plan.goal_set.sha256,
             n_goals=self.n_trials,
             trial_steps=plan.trial_steps,

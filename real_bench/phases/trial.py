@@ -40,6 +40,8 @@ class TrialPlan:
         seed: each trial's own seed follows from it and the goal's number.
         trial_steps: length of a trial.
         run: the recording that the controller learns from, where there is one.
+        run_steps: how many of its first steps it learns from; None: all. What the controller
+            learned at play, it learned from all of it: with fewer it learns anew.
         settings: values for the controller's settings; its defaults where they are silent.
         videos, pictures: folders for a film, and for a picture, of each trial.
         explanations: folder for what a controller says of each of its decisions.
@@ -52,10 +54,24 @@ class TrialPlan:
     seed: int
     trial_steps: int
     run: Path | None = None
+    run_steps: int | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     videos: Path | None = None
     pictures: Path | None = None
     explanations: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.run_steps is None:
+            return
+        if self.run is None or self.run_steps < 1:
+            raise RealBenchError(
+                f"--run-steps must be at least 1, and needs a --run: not {self.run_steps}"
+            )
+        with Recording(self.run) as recording:
+            if self.run_steps > recording.n_steps:
+                raise RealBenchError(
+                    f"{self.run} has {recording.n_steps:,} steps, {self.run_steps:,} were asked for"
+                )
 
 
 class TrialMaker:
@@ -72,7 +88,7 @@ class TrialMaker:
         self._task = Task(plan.scene, plan.condition, plan.goal_set.n_objects)
         self._guest = self._prepared() if guest is None else guest
         if plan.run is not None:
-            self._guest.use_experience(Experience(plan.run, plan.condition))
+            self._guest.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
         self._guest.call("start_extrinsic_phase")
         self.in_order = self._guest.learns_across_trials  # one controller meets goal after goal
 
@@ -93,7 +109,7 @@ class TrialMaker:
         kind = find_controller(plan.controller)
         guest = Guest(plan.controller, kind, self._task, plan.settings)
         guest.seed(plan.seed)
-        if plan.run is not None:
+        if plan.run is not None and plan.run_steps is None:
             with Recording(plan.run) as recording:
                 # One exploration may serve several controllers; a state is only its maker's.
                 header = recording.header

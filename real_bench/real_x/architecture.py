@@ -20,7 +20,7 @@ from real_bench.explanation import Explanation
 from real_bench.phases.lengths import TRIAL_STEPS
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
 from real_bench.real_x.explorer import RandomExplorer
-from real_bench.real_x.home import is_home
+from real_bench.real_x.home import plannable
 from real_bench.real_x.perception import Perception
 from real_bench.real_x.planner import DEPTH, Plan, Planner
 from real_bench.real_x.triplets import Triplets
@@ -112,15 +112,9 @@ class RealX(Controller):
             self._curiosity.recall(experience)
 
     def use_experience(self, experience: Experience) -> None:
-        """Abstract the triplets and make a planner of them.
-
-        Not planned with are an action that the end of the phase cut short, and those with the arm
-        in view before or after.
-        """
+        """Abstract the triplets and make a planner of those that can be planned with."""
         self._experience = experience
-        home = is_home(experience.joint_positions)
-        out_of_view = home[experience.preconditions] & home[experience.outcomes]
-        self._whole = np.flatnonzero(out_of_view & (experience.durations == ACTION_STEPS))
+        self._whole = plannable(experience)
         triplets = self._perception.triplets(experience)
         whole = Triplets(triplets.states[self._whole], triplets.outcomes[self._whole])
         self._planner = Planner(whole, self._abstractor(whole))

@@ -41,7 +41,7 @@ class CuriositySettings(Settings):
     candidates: int = Field(1000, ge=1)
     latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
     eye: EyeSettings = EyeSettings()
-    vae: VAESettings = VAESettings(samples=50_000)
+    vae: VAESettings = VAESettings(steps=400)
 
 
 class Curiosity:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from real_bench.actions import ACTION_STEPS
+from real_bench.recording import Experience
+
 AWAY_RADIANS = 0.1
 """How far a joint may be from the home posture, where every angle is 0, for the arm not to be seen.
 
@@ -16,3 +19,13 @@ after which no object had moved: beyond 0.1 they differ in hundreds of pixels, b
 def is_home(joint_positions: ArrayLike) -> NDArray[np.bool_]:
     """Whether the robot is home, (..., 9) radians to (...)."""
     return np.asarray((np.abs(joint_positions) < AWAY_RADIANS).all(axis=-1))
+
+
+def plannable(experience: Experience) -> NDArray[np.int64]:
+    """Which actions can be planned with, (k,) row numbers.
+
+    Not those that the end of the phase cut short, nor those with the arm in view before or after.
+    """
+    home = is_home(experience.joint_positions)
+    out_of_view = home[experience.preconditions] & home[experience.outcomes]
+    return np.flatnonzero(out_of_view & (experience.durations == ACTION_STEPS))

@@ -38,15 +38,15 @@ class VAESettings(Settings):
 
     Attributes:
         hidden: units of each hidden layer; the paper's are 512.
-        samples: how many images are shown in all, however few there are: the last epoch is whole.
-            The paper's 30 epochs are 450,030.
+        steps: of Adam, however few images there are; the last epoch is whole. The paper's 30 epochs
+            are 3,540.
         batch, rate: of Adam; the paper's are 128 and, we take it, 0.001.
         weight: of reconstruction against the prior, 1 in the paper; a cell counts for as many of
             the paper's pixels as it covers.
     """
 
     hidden: int = Field(default=128, ge=1, le=100_000)
-    samples: int = Field(default=100_000, ge=1)
+    steps: int = Field(default=800, ge=1)
     batch: int = Field(default=128, ge=1)
     rate: float = Field(default=3e-3, gt=0)
     weight: float = Field(default=1000.0, gt=0)
@@ -112,7 +112,7 @@ class Latents:
         foregrounds = self._eye.foregrounds(images)
         vae, settings = self._made(n_latent), self._vae_settings
         weight = settings.weight * PAPER_PIXELS / vae.n_inputs
-        epochs = math.ceil(settings.samples / len(images))
+        epochs = math.ceil(settings.steps / math.ceil(len(images) / settings.batch))
         training = Training(epochs, settings.batch, settings.rate, weight)
         vae.train(foregrounds, training, report or _say_nothing)
         self._vae, self._learned_from = vae, len(images)

@@ -25,22 +25,31 @@ class Experience:
     Args:
         path: a recording; it is opened again for images, and once for the commands.
         condition: what the controller that is given it may see.
+        n_steps: tell of no more than so many first steps; None: of all.
 
     Attributes:
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
+        n_states: how many states there are.
         joint_positions: of the robot in every state, (n_states, 9) radians.
     """
 
-    def __init__(self, path: Path, condition: Condition) -> None:
+    def __init__(self, path: Path, condition: Condition, n_steps: int | None = None) -> None:
         self._path = path
         with Recording(path) as recording:
             rows = recording.transitions
+            if n_steps is not None:
+                rows = rows[rows["first_step"] + rows["n_steps"] <= n_steps]
+            whole = len(rows) == len(recording.transitions)
+            self.n_states = (
+                recording.n_states if whole else int(rows["outcome"].max(initial=-1)) + 1
+            )
             recorded = Condition.parse(recording.header.condition)
             sees_objects = condition.sees_objects and recorded.sees_objects
             self.object_names = recording.header.object_names
             self._poses = recording.object_poses if sees_objects else None
-            self.joint_positions: NDArray[np.float64] = recording.states["joint_positions"]
+            joints = recording.states["joint_positions"][: self.n_states]
+            self.joint_positions: NDArray[np.float64] = joints
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
         self.durations: NDArray[np.int64] = rows["n_steps"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
@@ -88,11 +97,12 @@ class Experience:
         """
         with Recording(self._path) as recording:
             values = np.empty(0)
-            for first in range(0, recording.n_states, IMAGES_A_CHUNK):
-                for row, image in enumerate(recording.images(first, IMAGES_A_CHUNK), first):
+            for first in range(0, self.n_states, IMAGES_A_CHUNK):
+                count = min(IMAGES_A_CHUNK, self.n_states - first)
+                for row, image in enumerate(recording.images(first, count), first):
                     value = function(image)
                     if row == 0:  # only now is it known what there will be room for
-                        values = np.empty((recording.n_states, *value.shape), value.dtype)
+                        values = np.empty((self.n_states, *value.shape), value.dtype)
                     values[row] = value
         return values
 

@@ -9,14 +9,18 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
+from real_bench.goal_sets import generate_goal_set
+from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.trial import TrialPlan
 from real_bench.real_x.curiosity import Curiosity, CuriositySettings
+from real_bench.real_x.explorer import RandomExplorer
 from real_bench.recording import Experience, Recording
 from real_bench.simulation import Scene
 from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run, start
 
 IM, IJ = Condition.parse("IM"), Condition.parse("IJ")
-VAE = {"hidden": 64, "samples": 6000}
+VAE = {"hidden": 64, "steps": 150}
 EYE = {"width": 40, "height": 30, "shrink": 1, "blur": 2.0}
 CURIOSITY = {"every": 4, "candidates": 8, "eye": EYE, "vae": VAE}
 SMALL = {"vae": VAE, "eye": EYE, "curiosity": CURIOSITY}
@@ -51,10 +55,10 @@ def test_the_same_seed_gives_the_same_play(
 
 
 def test_a_run_killed_while_it_learns_goes_on(tmp_path: Path) -> None:
-    short = ("curiosity.every=4", "curiosity.vae.samples=20000", "curiosity.candidates=8")
+    short = ("curiosity.every=4", "curiosity.vae.steps=3000", "curiosity.candidates=8")
     command = realbench(
         *("intrinsic", "--controller", "real_ild", "--condition", "IM", "--scene", SCENE),
-        *("--resume", "--steps", 9000, "--set", "vae.samples=100"),
+        *("--resume", "--steps", 9000, "--set", "vae.steps=10"),
         *(word for setting in short for word in ("--set", setting)),
         eager=True,
     )
@@ -96,6 +100,37 @@ def test_a_run_that_goes_on_has_learned_what_it_had_learned(
     recalls.recall(experience)
     chosen = recalls.choose(seen, iter(proposed).__next__)
     np.testing.assert_array_equal(chosen.commands, expected.commands)
+
+
+@pytest.mark.parametrize("steps", [500, 3000])
+def test_play_shorter_than_the_bootstrap_is_random_and_can_be_tested(
+    builtin_scene: Scene, tmp_path: Path, steps: int
+) -> None:
+    """3000 steps are less than 4 actions, after which it would learn."""
+    path = play(builtin_scene, IM, tmp_path / "run.h5", steps)
+    phase = IntrinsicPhase("real_r", IM, 1, builtin_scene, steps, 2, tmp_path / "r.h5")
+    phase.run(ignore)
+    np.testing.assert_array_equal(rows(path), rows(tmp_path / "r.h5"))
+    check_it_can_be_tested(builtin_scene, path, tmp_path)
+
+
+@pytest.mark.parametrize("condition", [IM, IJ])
+def test_play_in_which_nothing_ever_moves_ends_and_can_be_tested(
+    builtin_scene: Scene, tmp_path: Path, condition: Condition, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rest = Action.rest(4 if condition is IM else 9)
+    monkeypatch.setattr(RandomExplorer, "next_action", lambda explorer: rest)
+    path = play(builtin_scene, condition, tmp_path / "run.h5", 6000)
+    check_it_can_be_tested(builtin_scene, path, tmp_path)
+
+
+def check_it_can_be_tested(scene: Scene, path: Path, folder: Path) -> None:
+    with Recording(path) as recording:
+        assert recording.ended
+        condition = Condition.parse(recording.header.condition)
+    goals = generate_goal_set(scene, 1, seed=5, counts={"2D": 1})
+    plan = TrialPlan("real_ild", condition, scene, goals, 0, 2000, path, settings=SMALL)
+    assert ExtrinsicPhase(plan, 1, folder / "score.json").run(ignore).is_complete
 
 
 class Remembered:

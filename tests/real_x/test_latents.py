@@ -18,14 +18,14 @@ from real_bench.real_x.background import Background
 from real_bench.real_x.eye import EyeSettings
 from real_bench.real_x.latents import Latents, VAESettings
 from real_bench.recording import Experience, Recording
-from real_bench.scoring.result import TrialResult
+from real_bench.scoring.result import TrialResult, load_result
 from real_bench.simulation import Scene
 from tests.recording.bench import ignore
 
 IM = Condition.parse("IM")
 SMALL = {
     "eye": {"width": 40, "height": 30, "shrink": 1, "blur": 2},
-    "vae": {"hidden": 16, "samples": 18},
+    "vae": {"hidden": 16, "steps": 2},
 }
 
 
@@ -46,8 +46,10 @@ def run(builtin_scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return play(builtin_scene, "real_ld", tmp_path_factory.mktemp("run") / "run.h5")
 
 
-def face(scene: Scene, goals: GoalSet, run: Path, out: Path) -> tuple[TrialResult, ...]:
-    plan = TrialPlan("real_ld", IM, scene, goals, 2, trial_steps=2000, run=run, settings=SMALL)
+def face(
+    scene: Scene, goals: GoalSet, run: Path, out: Path, run_steps: int | None = None
+) -> tuple[TrialResult, ...]:
+    plan = TrialPlan("real_ld", IM, scene, goals, 2, 2000, run, run_steps, settings=SMALL)
     return ExtrinsicPhase(plan, 1, out).run(ignore).trials
 
 
@@ -68,6 +70,17 @@ def test_it_learns_the_same_from_what_another_one_recorded(
     assert face(builtin_scene, goals, other, tmp_path / "other.json") == face(
         builtin_scene, goals, run, tmp_path / "own.json"
     )
+
+
+def test_from_the_first_steps_it_learns_as_if_there_were_no_more(
+    builtin_scene: Scene, goals: GoalSet, run: Path, tmp_path: Path
+) -> None:
+    short = play(builtin_scene, "real_r", tmp_path / "short.h5", 4000)
+    part = face(builtin_scene, goals, run, tmp_path / "part.json", run_steps=4000)
+    assert part == face(builtin_scene, goals, short, tmp_path / "short.json")
+    assert load_result(tmp_path / "part.json").setting.run_steps == 4000
+    with pytest.raises(RealBenchError, match="has 8,000 steps, 8,001 were asked for"):
+        face(builtin_scene, goals, run, tmp_path / "more.json", run_steps=8001)
 
 
 def test_play_that_was_cut_learns_from_all_of_it(builtin_scene: Scene, tmp_path: Path) -> None:

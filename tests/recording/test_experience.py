@@ -53,3 +53,17 @@ def test_a_test_with_images_gets_no_positions(cut_path: Path) -> None:
 def test_a_run_with_images_gives_no_positions(image_path: Path) -> None:
     with pytest.raises(RecordingError, match="no positions"):
         Experience(image_path, OM).positions_after()
+
+
+def test_its_first_steps_are_all_that_a_shorter_one_tells(cut_path: Path) -> None:
+    whole = Experience(cut_path, OM)
+    ends = np.cumsum(whole.durations)
+    for n_actions in range(len(whole) + 1):
+        short = Experience(cut_path, OM, int(ends[n_actions - 1]) if n_actions else 0)
+        assert len(short) == n_actions
+        np.testing.assert_array_equal(short.outcomes, whole.outcomes[:n_actions])
+        np.testing.assert_array_equal(short.positions_after(), whole.positions_after()[:n_actions])
+        n_states = int(short.outcomes.max(initial=-1)) + 1
+        if n_actions < len(whole):
+            assert short.n_states == len(short.joint_positions) == n_states
+            assert len(short.map_images(np.array)) == n_states

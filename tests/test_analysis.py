@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
+from scipy.stats import pearsonr, spearmanr
+
+from real_bench import analysis
+from real_bench.errors import RealBenchError
+from real_bench.real_x import DynamicAbstraction, Triplets
+from real_bench.scoring.metric import object_scores
+from real_bench.scoring.result import Result, Setting, TrialResult
+
+LENGTHS = st.floats(0, 1)
+
+
+def moved(n_objects: int = 2) -> st.SearchStrategy[NDArray[np.float64]]:
+    rows = st.integers(0, 40)
+    return rows.flatmap(lambda n: arrays(np.float64, (n, n_objects), elements=LENGTHS))
+
+
+def test_pairs_of_a_space_that_is_the_real_one_agree_wholly() -> None:
+    random = np.random.default_rng(0)
+    positions = random.uniform(-0.5, 0.5, (50, 2, 3))
+    pairs = analysis.pair_distances(positions.reshape(50, 6) * 3, positions, 500, random)
+    np.testing.assert_allclose(pairs.latent, 3 * pairs.real)
+    assert pairs.spearman == pytest.approx(1)
+    assert pairs.pearson == pytest.approx(1)
+
+
+@given(arrays(np.float64, (2, 30), elements=st.floats(0, 1, width=16), unique=True))
+def test_correlations_are_those_of_the_textbook(both: NDArray[np.float64]) -> None:
+    pairs = analysis.PairDistances(*both)
+    assert pairs.spearman == pytest.approx(spearmanr(*both).statistic)
+    assert pairs.pearson == pytest.approx(pearsonr(*both).statistic)
+
+
+def test_what_never_varies_has_no_correlation() -> None:
+    alike = analysis.PairDistances(np.ones(3), np.arange(3.0))
+    assert np.isnan([alike.spearman, alike.pearson]).all()
+    nothing = alike.within(5, 6)
+    assert np.isnan([nothing.spearman, nothing.pearson]).all()
+
+
+def test_near_pairs_are_those_in_the_range() -> None:
+    pairs = analysis.PairDistances(np.arange(4.0), np.array([0.005, 0.05, 0.19, 0.5]))
+    assert pairs.within(*analysis.NEAR_M).latent.tolist() == [1, 2]
+
+
+def test_pairs_need_two_states_and_their_positions() -> None:
+    random = np.random.default_rng(0)
+    for n_states, n_positions in ((1, 1), (3, 2)):
+        with pytest.raises(RealBenchError, match="2 states or more"):
+            analysis.pair_distances(
+                np.zeros((n_states, 7)), np.zeros((n_positions, 1, 3)), 5, random
+            )
+    with pytest.raises(RealBenchError, match="as many latent as real"):
+        analysis.PairDistances(np.zeros(2), np.zeros(3))
+
+
+@given(moved())
+def test_lengths_are_those_of_the_object_that_went_farthest(
+    displacements: NDArray[np.float64],
+) -> None:
+    lengths = analysis.action_lengths(displacements)
+    farthest = [max(row) for row in displacements.tolist()]
+    assert lengths.tolist() == sorted(far for far in farthest if far > 0.01)
+
+
+@given(moved(), st.integers(1, 50))
+def test_every_move_is_counted_in_one_period(
+    displacements: NDArray[np.float64], period: int
+) -> None:
+    counts = analysis.moves_by_period(displacements, period)
+    assert len(counts) == -(-len(displacements) // period)
+    for number, count in enumerate(counts):
+        rows = displacements[number * period : (number + 1) * period]
+        assert count == (rows.max(axis=1) > 0.01).sum()
+
+
+def test_a_period_is_not_empty() -> None:
+    with pytest.raises(RealBenchError, match="at least 1 action, not 0"):
+        analysis.moves_by_period(np.zeros((3, 1)), 0)
+
+
+@given(arrays(np.float64, (2, 20, 2), elements=st.floats(-1, 1, width=16)))
+def test_effective_actions_are_counted_as_defined(both: NDArray[np.float64]) -> None:
+    triplets = Triplets(*both)
+    abstraction = DynamicAbstraction.learn(triplets, n_levels=6)
+    counted = analysis.effective_actions(triplets, abstraction)
+    for thresholds, count in zip(abstraction.thresholds, counted, strict=True):
+        assert count == (triplets.differences > thresholds).any(axis=1).sum()
+
+
+def result(distances: tuple[float, ...], run_steps: int = 0) -> Result:
+    setting = Setting(
+        condition="IM",
+        objects=1,
+        object_names=("cube",),
+        scene="builtin",
+        scene_sha256="1" * 64,
+        controller="real_ld",
+        controller_sha256="2" * 64,
+        run_sha256="3" * 64,
+        run_steps=run_steps,
+        goals_sha256="4" * 64,
+        n_goals=len(distances),
+        trial_steps=10_000,
+        seed=0,
+        versions={},
+    )
+    trials = tuple(
+        TrialResult(
+            goal=goal,
+            challenge="2D",
+            score=float(object_scores([distance]).sum()),
+            distances=(distance,),
+            final_poses=((0, 0, 0, 0, 0, 0, 1),),
+            actions_sha256="5" * 64,
+        )
+        for goal, distance in enumerate(distances)
+    )
+    return Result(setting=setting, trials=trials)
+
+
+def test_scores_by_goal_and_by_length_are_means() -> None:
+    """10 cm away scores 1/4, 5 cm 1/2."""
+    short, long = result((0.1, 0.0), 1000), result((0.05, 0.05), 5000)
+    other = result((0.0, 0.0), 5000)
+    classes, scores = analysis.scores_by_goal([short, long, other])
+    assert classes == ("2D", "2D")
+    np.testing.assert_allclose(scores, [1.75 / 3, 2.5 / 3])
+    lengths, means = analysis.score_by_length([other, short, long])
+    assert lengths.tolist() == [1000, 5000]
+    np.testing.assert_allclose(means, [0.625, 0.75])
+    with pytest.raises(RealBenchError, match="same goals"):
+        analysis.scores_by_goal([short, result((0.2,))])
