@@ -17,8 +17,8 @@ SHARE_OF_LARGEST = 0.01
 
 HIDDEN, BATCH, RATE = 128, 64, 1e-3
 
-SAMPLES = 100_000
-"""How many samples a training sees, however few there are to draw them from."""
+STEPS = 1500
+"""How many steps of Adam a training takes, however few actions there are."""
 
 
 def changed(triplets: Triplets) -> NDArray[np.bool_]:
@@ -36,10 +36,11 @@ class ChangePredictor:
 
     Args:
         seed: of the first weights and of the order of training.
+        steps: of Adam, in a training.
     """
 
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
+    def __init__(self, seed: int, steps: int = STEPS) -> None:
+        self._seed, self._steps = seed, steps
         self._network: nn.Module | None = None
         self._mean = self._scale = np.zeros(0)
 
@@ -68,7 +69,7 @@ class ChangePredictor:
         optimizer = torch.optim.Adam(self._network.parameters(), lr=RATE)
         data, target = self._scaled(inputs), torch.from_numpy(change.astype(np.float32))
         random = torch.Generator().manual_seed(self._seed)
-        for _ in range(SAMPLES // BATCH):
+        for _ in range(self._steps):
             rows = torch.randint(len(data), (BATCH,), generator=random)
             logits = _most(self._network, data[rows])
             loss = functional.binary_cross_entropy_with_logits(logits, target[rows])

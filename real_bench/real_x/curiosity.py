@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.actions import Action
-from real_bench.real_x.change import ChangePredictor, changed
+from real_bench.real_x.change import STEPS, ChangePredictor, changed
 from real_bench.real_x.eye import EyeSettings
 from real_bench.real_x.home import is_home
 from real_bench.real_x.latents import LATENT_AN_OBJECT, Latents, VAESettings
@@ -35,6 +35,7 @@ class CuriositySettings(Settings):
         candidates: the most actions that are thought of before one is done.
         latent: variables that its VAE squeezes an image into.
         eye, vae: what it sees with, learned anew at every training.
+        steps: of the change predictor's training.
     """
 
     every: int = Field(500, ge=2)
@@ -42,6 +43,7 @@ class CuriositySettings(Settings):
     latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
     eye: EyeSettings = EyeSettings()
     vae: VAESettings = VAESettings(steps=400)
+    steps: int = Field(default=STEPS, ge=1)
 
 
 class Curiosity:
@@ -63,7 +65,7 @@ class Curiosity:
         """Begin with an empty memory; the seed is of all that is learned."""
         self._seed = seed
         self._eyes.seed(seed)
-        self._predictor = ChangePredictor(seed)
+        self._predictor = ChangePredictor(seed, self._settings.steps)
         self._images: list[NDArray[np.uint8]] = []
         self._home: list[bool] = []
         self._actions: list[NDArray[np.float64]] = []

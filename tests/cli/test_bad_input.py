@@ -100,8 +100,11 @@ def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
         (("--run", "none.h5"), "none.h5 does not exist"),
         (("--run", "text.h5"), "text.h5 cannot be read"),
         (("--run", "run.h5", "--objects", "2"), "run.h5 does not fit this test"),
-        (("--run-steps", "0"), "--run-steps must be at least 1"),
-        (("--run-steps", "1001"), "run.h5 has 1,000 steps, 1,001 were asked for"),
+        (("--goals", "goals.npy", "--run-steps", "0"), "--run-steps must be at least 1"),
+        (
+            ("--goals", "goals.npy", "--run-steps", "1001"),
+            "run.h5 has 1,000 steps, 1,001 were asked for",
+        ),
         (("--goals", "goals.npy", "--trials", "0"), "--trials must be 1 to 2, not 0"),
         (("--goals", "goals.npy", "--trials", "3"), "--trials must be 1 to 2, not 3"),
         (("--goals", "goals.npy", "--jobs", "0"), "--jobs must be at least 1, not 0"),

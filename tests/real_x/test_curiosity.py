@@ -22,7 +22,7 @@ from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run,
 IM, IJ = Condition.parse("IM"), Condition.parse("IJ")
 VAE = {"hidden": 64, "steps": 150}
 EYE = {"width": 40, "height": 30, "shrink": 1, "blur": 2.0}
-CURIOSITY = {"every": 4, "candidates": 8, "eye": EYE, "vae": VAE}
+CURIOSITY = {"every": 4, "candidates": 8, "eye": EYE, "vae": VAE, "steps": 100}
 SMALL = {"vae": VAE, "eye": EYE, "curiosity": CURIOSITY}
 HOME = np.zeros(9)
 
@@ -55,7 +55,12 @@ def test_the_same_seed_gives_the_same_play(
 
 
 def test_a_run_killed_while_it_learns_goes_on(tmp_path: Path) -> None:
-    short = ("curiosity.every=4", "curiosity.vae.steps=3000", "curiosity.candidates=8")
+    short = (
+        "curiosity.every=4",
+        "curiosity.steps=100",
+        "curiosity.vae.steps=1000",
+        "curiosity.candidates=8",
+    )
     command = realbench(
         *("intrinsic", "--controller", "real_ild", "--condition", "IM", "--scene", SCENE),
         *("--resume", "--steps", 9000, "--set", "vae.steps=10"),
