@@ -65,7 +65,7 @@ def main(
     moves = analysis.moves_by_period(displacements)
     abstraction = DynamicAbstraction.learn(triplets)
     facts = {
-        "command": " ".join(["python", *sys.argv]),
+        "command": " ".join(["python evaluation/analyses.py", *sys.argv[1:]]),
         "run": {"file": run.name, "sha256": file_sha256(run), "actions": len(experience)},
         "actions_planned_with": len(kept),
         "settings": settings.model_dump(mode="json"),
