@@ -21,6 +21,7 @@ from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.real_x import DynamicAbstraction, ObjectPositions, Planner
 from real_bench.recording import Experience
 from real_bench.scoring.result import load_result
+from real_bench.scoring.statistics import mean_interval
 
 RESULTS = Path(__file__).parent / "results" / "full-scale"
 THRESHOLDS = ((0.005, 0.01), (0.01, 0.02), (0.02, 0.04), (0.04, 0.08))
@@ -34,7 +35,7 @@ def means() -> Table:
         trials = load_result(path).trials
         scores[name] += [(seed, trial.challenge, trial.score) for trial in trials]
     table = Table(title="mean scores")
-    for heading in ("controller, condition, objects", "trials", "mean", "a recording each"):
+    for heading in ("controller, condition, objects", "trials", "mean", "95%", "a recording each"):
         table.add_column(heading)
     for challenge in CHALLENGES:
         table.add_column(challenge)
@@ -42,7 +43,10 @@ def means() -> Table:
         seeds, classes, values = (np.array(column) for column in zip(*rows, strict=True))
         each = ", ".join(f"{values[seeds == seed].mean():.3f}" for seed in sorted(set(seeds)))
         by_class = [f"{values[classes == challenge].mean():.3f}" for challenge in CHALLENGES]
-        table.add_row(name, str(len(values)), f"{values.mean():.3f}", each, *by_class)
+        interval = mean_interval(values)
+        assert interval is not None  # a row has many trials
+        spread = f"{interval.low:.3f}-{interval.high:.3f}"
+        table.add_row(name, str(len(values)), f"{values.mean():.3f}", spread, each, *by_class)
     return table
 
 
