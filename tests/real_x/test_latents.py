@@ -19,10 +19,12 @@ from real_bench.real_x.eye import EyeSettings
 from real_bench.real_x.latents import Latents, VAESettings
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import TrialResult, load_result
+from real_bench.settings import read_settings
 from real_bench.simulation import Scene
 from tests.recording.bench import ignore
 
 IM = Condition.parse("IM")
+PAPER = Path(__file__).parents[2] / "evaluation" / "paper-vae.yaml"
 SMALL = {
     "eye": {"width": 40, "height": 30, "shrink": 1, "blur": 2},
     "vae": {"hidden": 16, "steps": 2},
@@ -143,3 +145,14 @@ def test_foreground_is_what_moves_and_looking_changes_nothing() -> None:
 def test_one_image_has_no_background() -> None:
     with pytest.raises(RealBenchError, match="2 images or more, not 1"):
         Background(scenery(1)[0])
+
+
+def test_the_papers_settings_are_settings(builtin_scene: Scene, tmp_path: Path) -> None:
+    paper = read_settings(PAPER, ["vae.steps=1"])
+    phase = IntrinsicPhase(
+        "real_ild", IM, 1, builtin_scene, 2000, 0, tmp_path / "run.h5", None, paper
+    )
+    phase.run(ignore)
+    with Recording(tmp_path / "run.h5") as recording:
+        learned = recording.controller_state()["perception"]["vae"]
+    assert learned["inward.weight"].shape == (512, 320 * 240)
