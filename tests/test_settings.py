@@ -491,7 +491,7 @@ def test_a_bad_one_on_the_command_line_is_told_in_one_line(place: Path) -> None:
 def planned(folder: Path, *assignments: str, **given: Any) -> TrialPlan:
     """The test that a command line with these options asks for."""
     names = ("controller", "settings_file", "condition", "objects", "scene", "seed")
-    options: dict[str, Any] = dict.fromkeys((*names, "video", "pictures", "explain"))
+    options: dict[str, Any] = dict.fromkeys((*names, "run_steps", "video", "pictures", "explain"))
     options |= {"run": folder / "run.h5", "goals": folder / "goals.npy"}
     return plan_trials(assignments=assignments, **{**options, **given})
 

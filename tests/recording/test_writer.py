@@ -126,6 +126,15 @@ class CtrlC(dict[str, Any]):
         return super().items()
 
 
+@pytest.fixture
+def ctrl_c_interrupts() -> Iterator[None]:
+    """Also where the tests run in the background, whose Ctrl-C the shell ignores."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("ctrl_c_interrupts")
 def test_an_interrupted_write_can_be_made_again(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
