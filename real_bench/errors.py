@@ -1,5 +1,12 @@
 """What can go wrong, as one family: every message is fit to be shown to a user as it stands."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
 
 class RealBenchError(Exception):
     """Root of every error that the user can do something about."""
@@ -33,5 +40,17 @@ class ResultError(RealBenchError):
     """A result file that cannot be read, written or continued."""
 
 
+class ExperimentError(RealBenchError):
+    """An experiment that is wrongly described, or whose files are of something else."""
+
+
 class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
     """The user asked to stop; everything up to here is kept."""
+
+
+def faults(error: ValidationError, most: int | None = None) -> str:
+    """What is wrong with a record that did not pass its own checks, in one line."""
+    return "; ".join(
+        f"{'.'.join(map(str, fault['loc'])) or 'the whole'}: {fault['msg']}"
+        for fault in error.errors()[:most]
+    )

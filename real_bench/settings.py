@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerError, faults
+from real_bench.yaml_files import parse, read_mapping
 
 Values = dict[str, Any]
 
@@ -48,12 +48,9 @@ def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) 
     try:
         return kind.model_validate(values)
     except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()
-        )
         known = ", ".join(f"{name}={value}" for name, value in _defaults(kind))
         raise ControllerError(
-            f"controller {spec}, bad settings: {faults} (they are, with defaults: {known})"
+            f"controller {spec}, bad settings: {faults(error)} (they are, with defaults: {known})"
         ) from error
 
 
@@ -65,14 +62,16 @@ def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]
 
 def read_settings(file: Path | None, assignments: Iterable[str]) -> Values:
     """The values in a YAML file, and over them those of ``dotted.name=value`` assignments."""
-    values = {} if file is None else _read_file(file)
+    values = {} if file is None else read_mapping(file, "the settings file", ControllerError)
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         if not equals or not all(name.split(".")):
             raise ControllerError(
                 f"--set needs name=value, as in planner.depth=8, not {assignment}"
             )
-        values = merged(values, _nested(name.split("."), _parsed(text, f"--set {name}")))
+        values = merged(
+            values, _nested(name.split("."), parse(text, f"--set {name}", ControllerError))
+        )
     return values
 
 
@@ -86,27 +85,6 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Values:
         else:
             both[key] = value
     return both
-
-
-def _read_file(file: Path) -> Values:
-    try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ControllerError(f"the settings file {file} cannot be read: {error}") from error
-    values = _parsed(text, f"the settings file {file}")
-    if values is None:  # an empty file, or nothing but comments
-        return {}
-    if not isinstance(values, dict):
-        raise ControllerError(f"the settings file {file} must hold names and values")
-    return values
-
-
-def _parsed(text: str, source: str) -> Any:
-    try:
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:
-        # some scalars, such as a date in month 13, break YAML's reader in its own ways
-        raise ControllerError(f"{source}: {' '.join(str(error).split())}") from error
 
 
 def _nested(names: list[str], value: Any) -> Values:

@@ -179,7 +179,7 @@ def test_a_file_without_values_sets_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (None, "cannot be read: .*No such file"),
+        (None, "does not exist"),
         (b"\xff\xfe\x00", "cannot be read: .*decode"),
         (b"- depth\n", "must hold names and values"),
         (b"depth\n", "must hold names and values"),

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from real_bench.errors import ResultError
+from real_bench.errors import ResultError, faults
 from real_bench.files import write_whole
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.scoring.metric import object_scores
@@ -171,10 +171,7 @@ def load_result(path: Path) -> Result:
     try:
         result = _parse(fields)
     except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}" for fault in error.errors()[:3]
-        )
-        raise ResultError(f"{path} is damaged: {faults}") from error
+        raise ResultError(f"{path} is damaged: {faults(error, 3)}") from error
     if not _agrees(fields, result):
         raise ResultError(f"{path} is damaged: its summary is not that of its trials")
     return result

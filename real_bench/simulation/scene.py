@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import math
-import re
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from real_bench.errors import SceneError
+from real_bench.errors import SceneError, faults
+from real_bench.yaml_files import read_mapping
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
 DEFAULT_SCENE = "official"
@@ -246,18 +245,11 @@ def manifest_path(name_or_path: str | Path) -> Path:
 
 def read_manifest(path: Path) -> Manifest:
     """Read and check a manifest; raises SceneError with every fault at once."""
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError, ValueError, LookupError, RecursionError) as error:
-        raise SceneError(f"cannot read the scene {path}: {_one_line(error)}") from error
+    content = read_mapping(path, "the scene", SceneError)
     try:
         return Manifest.model_validate(content)
     except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(map(str, fault['loc'])) or 'manifest'}: {fault['msg']}"
-            for fault in error.errors()
-        )
-        raise SceneError(f"the scene {path} is not valid: {faults}") from error
+        raise SceneError(f"the scene {path} is not valid: {faults(error)}") from error
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -279,7 +271,3 @@ def _files_below(folder: Path) -> list[Path]:
     """The files that belong to a scene: what a body can name, not caches or editor files."""
     wanted = {".urdf", ".obj", ".mtl", ".stl", ".dae", ".png", ".jpg", ".jpeg", ".tga"}
     return [path for path in folder.rglob("*") if path.suffix.lower() in wanted and path.is_file()]
-
-
-def _one_line(error: Exception) -> str:
-    return re.sub(r"\s+", " ", str(error)).strip() or type(error).__name__
