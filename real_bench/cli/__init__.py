@@ -14,6 +14,7 @@ COMMANDS = {
     "intrinsic": "play freely and record it",
     "extrinsic": "test a controller on goals and print the score table",
     "evaluate": "both phases in one process, as the official evaluation did",
+    "table": "make the table of an experiment: many plays and tests, published scores beside",
     "goals": "make, look at and import goal sets",
     "inspect": "say what is in a recording, goal set or result",
     "scene": "install and list scenes",

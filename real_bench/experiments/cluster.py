@@ -1,0 +1,110 @@
+"""Do tasks on a Dask cluster; files travel with them, so no folder need be shared."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import uuid
+from pathlib import Path
+from typing import Any
+
+from real_bench.errors import ExperimentError
+from real_bench.experiments.process import Processes, WorkerLostError
+from real_bench.experiments.tasks import Report, Task, task_from_json
+from real_bench.files import write_whole
+
+SECONDS_TO_CONNECT = 10
+AT_ONCE = 64
+"""Tasks handed to the scheduler at a time; it passes them on as workers come and go."""
+
+
+class Cluster:
+    """A Dask cluster; its workers need realbench installed, and controllers that are files.
+
+    Args:
+        address: of the scheduler, as in ``tcp://10.0.0.1:8786``.
+
+    Raises:
+        ExperimentError: dask.distributed is not installed, or no scheduler answers.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            from distributed import Client
+        except ImportError as error:
+            raise ExperimentError(
+                "--scheduler needs dask.distributed: pip install 'real-bench[cluster]'"
+            ) from error
+        try:
+            self._client = Client(address, timeout=SECONDS_TO_CONNECT)
+        except (OSError, ValueError, TypeError) as error:
+            raise ExperimentError(f"no Dask scheduler answers at {address}: {error}") from error
+        self._topic = f"realbench-{uuid.uuid4().hex}"
+        self._reports: dict[str, Report] = {}
+        self._client.subscribe_topic(self._topic, self._on_event)
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are now."""
+        return len(self._client.nthreads())
+
+    def do(self, task: Task, report: Report) -> None:
+        """Have a worker do a task, and write what comes back.
+
+        A task whose worker dies is done by another one; the scheduler gives up after some.
+
+        Raises:
+            TaskFailedError: it cannot be done, and why.
+            WorkerLostError: too many workers died of it.
+        """
+        from distributed import KilledWorker
+        from distributed.client import FutureCancelledError
+
+        self._reports[task.name] = report
+        contents = {field: path.read_bytes() for field, path in task.inputs.items()}
+        future = self._client.submit(
+            _on_worker, task.model_dump_json(), contents, self._topic, pure=False
+        )
+        try:
+            write_whole(task.out, future.result())
+        except (KilledWorker, FutureCancelledError) as error:
+            raise WorkerLostError(f"{task.name}: its worker died ({error})") from error
+        finally:
+            del self._reports[task.name]
+
+    def stop(self) -> None:
+        """Take back what is not done yet, and leave."""
+        self._client.close()
+
+    def _on_event(self, event: tuple[float, Any]) -> None:
+        _, message = event
+        report = self._reports.get(message["task"])
+        if report is not None:
+            report(message["done"])
+
+
+def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
+    """Do a task in a folder of its own; gives the file's content."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    asked = task_from_json(text)
+    with tempfile.TemporaryDirectory(prefix="realbench-") as name:
+        folder = Path(name)
+        task = _moved(asked, contents, folder)
+
+        def report(done: int) -> None:
+            worker.log_event(topic, {"task": asked.name, "done": done})
+
+        Processes().do(task, report)
+        return task.out.read_bytes()
+
+
+def _moved(task: Task, contents: dict[str, bytes], folder: Path) -> Task:
+    """The same task with its files in another folder, where they are written."""
+    places = {field: folder / f"{field}{task.inputs[field].suffix}" for field in contents}
+    for field, content in contents.items():
+        places[field].write_bytes(content)
+    values = json.loads(task.model_dump_json())
+    moved = {field: str(path) for field, path in places.items()}
+    return task_from_json(json.dumps({**values, **moved, "out": str(folder / task.out.name)}))

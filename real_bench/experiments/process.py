@@ -1,0 +1,104 @@
+"""Do a task in a process of its own, so that nothing but the task dies with it."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import IO, Any
+
+from real_bench.errors import ExperimentError, RealBenchError
+from real_bench.experiments.tasks import Report, Task
+
+
+class TaskFailedError(RealBenchError):
+    """A task cannot be done; trying again would not help."""
+
+
+class WorkerLostError(RealBenchError):
+    """What did a task died; another may do it."""
+
+
+class Processes:
+    """Processes of this machine, one a task.
+
+    Args:
+        logs: folder for what tasks print; None: they print where we do.
+    """
+
+    def __init__(self, logs: Path | None = None) -> None:
+        self._logs = logs
+        self._running: set[subprocess.Popen[str]] = set()
+        self._stopped = False
+
+    def do(self, task: Task, report: Report) -> None:
+        """Do a task; returns when its file is there.
+
+        Raises:
+            TaskFailedError: it cannot be done, and why.
+            WorkerLostError: its process died.
+        """
+        if self._stopped:
+            raise WorkerLostError(f"{task.name} was not begun")
+        with self._log(task) as log, self._process(log) as process:
+            self._running.add(process)
+            try:
+                ended = self._follow(process, task, report)
+            finally:
+                self._running.discard(process)
+                process.kill()
+        if "failed" in ended:
+            raise TaskFailedError(f"{task.name}: {ended['failed']}")
+        if "finished" not in ended:
+            raise WorkerLostError(f"{task.name}: its process died ({_cause(process.returncode)})")
+
+    def stop(self) -> None:
+        """End all of them at once; what they wrote stays whole."""
+        self._stopped = True
+        for process in list(self._running):
+            process.kill()
+
+    @staticmethod
+    def _follow(process: subprocess.Popen[str], task: Task, report: Report) -> dict[str, Any]:
+        """Listen to the end; returns the last message."""
+        assert process.stdin is not None
+        assert process.stdout is not None
+        message: dict[str, Any] = {}
+        try:
+            process.stdin.write(task.model_dump_json() + "\n")
+            process.stdin.flush()
+            for line in process.stdout:
+                message = json.loads(line)
+                if "done" in message:
+                    report(message["done"])
+        except (BrokenPipeError, ValueError):  # it died in the middle of a word
+            message = {}
+        process.wait()
+        return message
+
+    @staticmethod
+    def _process(log: IO[bytes] | None) -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            [sys.executable, "-m", "real_bench.experiments.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+            start_new_session=True,  # Ctrl-C is for us; they end with us
+        )
+
+    def _log(self, task: Task) -> AbstractContextManager[IO[bytes] | None]:
+        if self._logs is None:
+            return nullcontext()
+        try:
+            self._logs.mkdir(parents=True, exist_ok=True)
+            return (self._logs / f"{task.name}.log").open("ab")
+        except OSError as error:
+            raise ExperimentError(f"cannot write into {self._logs}: {error.strerror}") from error
+
+
+def _cause(code: int) -> str:
+    return signal.Signals(-code).name if code < 0 else f"exit code {code}"

@@ -1,0 +1,126 @@
+"""The scores of an experiment, as far as they are there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from real_bench.errors import ExperimentError
+from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.spec import Cell, Spec
+from real_bench.experiments.state import misfits
+from real_bench.experiments.tasks import ScoringTask
+from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
+from real_bench.scoring.result import Result, load_result
+
+
+@dataclass(frozen=True)
+class Row:
+    """A cell and what is known of it.
+
+    Attributes:
+        cell: what was asked for.
+        n_asked: how many repeats.
+        seeds: of the repeats that are done.
+        files: their results.
+        summary: of their scores; None while there are none.
+    """
+
+    cell: Cell
+    n_asked: int
+    seeds: tuple[int, ...]
+    files: tuple[Path, ...]
+    summary: RepeatsSummary | None
+
+    @property
+    def difference(self) -> float | None:
+        """Our mean less the published one."""
+        if self.summary is None or self.cell.published is None:
+            return None
+        return self.summary.mean - self.cell.published.mean
+
+    @property
+    def is_enough(self) -> bool:
+        """Whether there are enough repeats to compare their mean with another."""
+        return self.summary is not None and self.summary.is_enough
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it; files by name."""
+        return {
+            **self.cell.model_dump(mode="json"),
+            "repeats": self.n_asked,
+            "seeds_done": list(self.seeds),
+            "files": [file.name for file in self.files],
+            "summary": asdict(self.summary) if self.summary else None,
+            "difference": self.difference,
+            "enough_repeats_to_compare": self.is_enough,
+        }
+
+
+def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
+    """One row a cell.
+
+    Only what is of the same scene, goals, lengths and settings stands in one table; a repeat counts
+    when all of its goal sets are tested.
+
+    Raises:
+        ExperimentError: results are not as the experiment says, or do not belong together.
+    """
+    alike = _Alike()
+    return [_row(spec, agenda, cell, alike) for cell in spec.cells]
+
+
+def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
+    seeds: list[int] = []
+    files: list[Path] = []
+    scores: list[list[float]] = []
+    classes: list[str] = []
+    for seed in spec.seeds(cell):
+        repeat = list(_finished(agenda.scorings(cell, seed)))
+        if len(repeat) < len(spec.goal_names(cell)):
+            continue
+        for task, result in repeat:
+            alike.check(cell, task, result)
+        trials = [trial for _, result in repeat for trial in result.trials]
+        scores.append([trial.score for trial in trials])
+        classes = [trial.challenge for trial in trials]
+        seeds.append(seed)
+        files += [task.out for task, _ in repeat]
+    summary = summarise_repeats(scores, classes) if scores else None
+    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), summary)
+
+
+def _finished(tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:
+    for task in tasks:
+        if task.out.exists():
+            result = load_result(task.out)
+            if reasons := misfits(task, result):
+                raise ExperimentError(
+                    f"{task.out.name} is not of this experiment: {'; '.join(reasons)}. "
+                    "Move it away, or let --overwrite replace it"
+                )
+            if result.is_complete:
+                yield task, result
+
+
+class _Alike:
+    """Remembers what results were of, and refuses those that do not belong with the others."""
+
+    def __init__(self) -> None:
+        self._seen: dict[tuple[str, ...], tuple[Any, Path]] = {}
+
+    def check(self, cell: Cell, task: ScoringTask, result: Result) -> None:
+        """Raise ExperimentError where a result is of another scene, goals or settings."""
+        setting = result.setting
+        self._same(task, setting.scene_sha256, "scenes")
+        self._same(task, setting.goals_sha256, "goals", task.goals.name)
+        self._same(task, setting.settings, "settings", cell.name)
+
+    def _same(self, task: ScoringTask, value: Any, what: str, *of: str) -> None:
+        first, file = self._seen.setdefault((what, *of), (value, task.out))
+        if value != first:
+            raise ExperimentError(
+                f"{task.out.name} and {file.name} are of different {what}, which are never averaged"
+            )

@@ -1,0 +1,218 @@
+"""What an experiment is made of: plays, goal sets, and the cells of its table."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from real_bench.conditions import Condition
+from real_bench.errors import ExperimentError, RealBenchError, faults
+from real_bench.phases.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.yaml_files import read_mapping
+
+OWN, NONE, SHIPPED = "own", "none", "shipped"
+
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.,+-]*$")]
+"""Becomes part of file names."""
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Published(_Record):
+    """A score as somebody published it: mean, its standard error, of how many repetitions."""
+
+    mean: float
+    standard_error: Annotated[float, Field(ge=0)] | None = None
+    repeats: Annotated[int, Field(ge=1)] | None = None
+
+
+class _Played(_Record):
+    """Who plays, or is tested, and under which condition."""
+
+    controller: str
+    condition: str
+    settings: dict[str, Any] = Field(default_factory=dict)
+
+    @field_validator("condition")
+    @classmethod
+    def _condition_exists(cls, name: str) -> str:
+        try:
+            return Condition.parse(name).name
+        except RealBenchError as error:
+            raise ValueError(str(error)) from error
+
+
+class Play(_Played):
+    """An intrinsic phase that several cells may share.
+
+    Attributes:
+        controller, condition, settings: of who plays.
+        images: record images; None: as `realbench intrinsic` would.
+    """
+
+    images: bool | None = None
+
+
+class DrawnGoals(_Record):
+    """Goals to be drawn: the seed, and how many of each class; None: as many as the official."""
+
+    seed: Seed
+    counts: dict[Literal["2D", "2.5D", "3D"], Annotated[int, Field(ge=0)]] | None = None
+
+
+class Cell(_Played):
+    """One number of the table, from several repeats.
+
+    Attributes:
+        controller, condition, settings: of who is tested.
+        objects: how many objects.
+        name: unique; files begin with it.
+        play: what is learned from: the name of a play, ``own``: the controller plays itself, or
+            ``none``.
+        goals: names of goal sets, all of which make one repeat; empty: all of the experiment.
+        repeats: how many, each with another seed; None: as many as the experiment says.
+        published: to be set beside it.
+        note: to be told below the table.
+    """
+
+    objects: Annotated[int, Field(ge=1, le=3)] = 1
+    name: Name = ""
+    play: str = OWN
+    goals: tuple[str, ...] = ()
+    repeats: Annotated[int, Field(ge=1)] | None = None
+    published: Published | None = None
+    note: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _has_a_name(cls, values: Any) -> Any:
+        if isinstance(values, dict) and "name" not in values:
+            told = [values.get("condition"), values.get("objects", 1)]
+            plain = _short(str(values.get("controller")))
+            return {**values, "name": "-".join([plain, *map(str, told)])}
+        return values
+
+    @property
+    def label(self) -> str:
+        """The controller, and what else its name says where one was given."""
+        plain, ending = _short(self.controller), f"-{self.condition}-{self.objects}"
+        return plain if self.name == plain + ending else self.name.removesuffix(ending)
+
+
+class Spec(_Record):
+    """An experiment.
+
+    Attributes:
+        folder: of the file that describes it; paths in it are relative to this.
+        title: above the table.
+        results: folder of recordings and results.
+        run: make what is missing without being asked to.
+        scene: name or manifest.
+        steps, trial_steps: how long a play, and a trial, lasts.
+        repeats, seed: how many, with seeds from this one on.
+        goals: goal sets by name: ``shipped``, a file, or goals to be drawn.
+        plays: plays by name.
+        cells: of the table, in its order.
+    """
+
+    folder: Path
+    title: str
+    results: Path
+    run: bool = True
+    scene: str = "official"
+    steps: Annotated[int, Field(ge=1, lt=2**63)] = INTRINSIC_STEPS
+    trial_steps: Annotated[int, Field(ge=1, lt=2**63)] = TRIAL_STEPS
+    repeats: Annotated[int, Field(ge=1)] = 1
+    seed: Seed = 0
+    goals: dict[Name, DrawnGoals | str] = {SHIPPED: SHIPPED}
+    plays: dict[Name, Play] = Field(default_factory=dict)
+    cells: Annotated[tuple[Cell, ...], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _names_fit(self) -> Spec:
+        names = [cell.name for cell in self.cells]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"two cells are named {', '.join(twice)}: give them a name")
+        for cell in self.cells:
+            if cell.play not in (OWN, NONE, *self.plays):
+                known = ", ".join([OWN, NONE, *self.plays])
+                raise ValueError(f"cell {cell.name} learns from {cell.play!r}: use {known}")
+            if unknown := [name for name in cell.goals if name not in self.goals]:
+                raise ValueError(f"cell {cell.name} has unknown goals {', '.join(unknown)}")
+        shared = {f"{cell.play}-{cell.objects}" for cell in self.cells if cell.play in self.plays}
+        if taken := shared & {cell.name for cell in self.cells if cell.play == OWN}:
+            raise ValueError(f"the recordings of play and cell {', '.join(taken)} share a name")
+        return self
+
+    @property
+    def scene_source(self) -> str:
+        """What the scene is found by, from anywhere."""
+        return str(self.folder / self.scene) if self.scene.endswith(".yaml") else self.scene
+
+    @property
+    def results_folder(self) -> Path:
+        """Where recordings and results lie."""
+        return self.folder / self.results
+
+    def seeds(self, cell: Cell) -> range:
+        """The seed of each repeat of a cell."""
+        return range(self.seed, self.seed + (cell.repeats or self.repeats))
+
+    def goal_names(self, cell: Cell) -> tuple[str, ...]:
+        """The goal sets of a cell."""
+        return cell.goals or tuple(self.goals)
+
+    def goal_file(self, name: str, objects: int) -> Path:
+        """Where a goal set lies, or will lie once it is drawn."""
+        from real_bench.goal_sets import shipped_goal_set
+
+        source = self.goals[name]
+        if isinstance(source, DrawnGoals):
+            return self.results_folder / f"goals-{name}-{objects}.npy"
+        return shipped_goal_set(objects) if source == SHIPPED else self.folder / source
+
+    def play_of(self, cell: Cell) -> tuple[str, Play] | None:
+        """What a cell learns from, and what its recordings' names begin with."""
+        if cell.play == NONE:
+            return None
+        if cell.play == OWN:
+            played = Play(
+                controller=cell.controller, condition=cell.condition, settings=cell.settings
+            )
+            return cell.name, played
+        return f"{cell.play}-{cell.objects}", self.plays[cell.play]
+
+    def controller(self, named: str) -> str:
+        """A controller as it is found from anywhere: a file's path is relative to the spec."""
+        target, colon, kind = named.partition(":")
+        return f"{self.folder / target}{colon}{kind}" if target.endswith(".py") else named
+
+
+def read_spec(path: Path) -> Spec:
+    """Read what describes an experiment; raises ExperimentError with every fault at once."""
+    values = read_mapping(path, "the experiment", ExperimentError)
+    defaults = {"title": path.stem, "results": path.stem}
+    try:
+        return Spec.model_validate({**defaults, **values, "folder": path.resolve().parent})
+    except ValidationError as error:
+        raise ExperimentError(f"the experiment {path} is not valid: {faults(error)}") from error
+
+
+def _short(controller: str) -> str:
+    """What a controller may be called in a file's name."""
+    target, _, kind = controller.partition(":")
+    short = f"{Path(target).stem}-{kind}" if kind else Path(target).stem
+    return re.sub(r"[^A-Za-z0-9_.+-]", "_", short)

@@ -1,0 +1,93 @@
+"""How far the files of an experiment have come, and whether they are what it says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
+from real_bench.scoring.result import Result, load_result
+from real_bench.settings import merged
+
+State = Literal["missing", "unfinished", "done"]
+
+
+def state_of(task: Task) -> tuple[State, list[str]]:
+    """How far a task has come, and what of its file is not as the task says."""
+    if not task.out.exists():
+        return "missing", []
+    if isinstance(task, PlayTask):
+        return _state_of_play(task)
+    result = load_result(task.out)
+    return ("done" if result.is_complete else "unfinished"), misfits(task, result)
+
+
+def misfits(task: ScoringTask, result: Result) -> list[str]:
+    """What of a result is not as the task says."""
+    from real_bench.files import file_sha256
+
+    setting = result.setting
+    names = ("condition", "objects", "seed", "trial_steps", "run_steps", "n_goals")
+    reasons = _differences(
+        {"scene": setting.scene, **{name: getattr(setting, name) for name in names}},
+        {"scene": task.scene_name, **{name: getattr(task, name) for name in names}},
+    )
+    reasons += _controller_misfits(task, setting.controller, setting.controller_sha256)
+    reasons += _setting_misfits(task.settings, setting.settings)
+    if task.goals_sha256 not in ("", setting.goals_sha256):
+        reasons.append(f"other goals than {task.goals.name}")
+    if task.run and task.run.exists() and file_sha256(task.run) != setting.run_sha256:
+        reasons.append(f"another recording than {task.run.name}")
+    return reasons
+
+
+def _state_of_play(task: PlayTask) -> tuple[State, list[str]]:
+    from real_bench.recording import Recording
+
+    with Recording(task.out) as recording:
+        header, ended, steps = recording.header, recording.ended, recording.total_steps
+    names = ("condition", "objects", "seed")
+    reasons = _differences(
+        {"scene": header.scene, "steps": steps, **{name: getattr(header, name) for name in names}},
+        {
+            "scene": task.scene_name,
+            "steps": task.steps,
+            **{name: getattr(task, name) for name in names},
+        },
+    )
+    if task.images and not header.images:
+        reasons.append("no images")
+    reasons += _controller_misfits(task, header.controller, header.controller_sha256)
+    reasons += _setting_misfits(task.settings, header.settings)
+    return ("done" if ended else "unfinished"), reasons
+
+
+def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
+    return [
+        f"{name.replace('_', ' ')} {found[name]}, not {asked[name]}"
+        for name in asked
+        if found[name] != asked[name]
+    ]
+
+
+def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
+    """A file is told by its name and content, for it may have come from another folder."""
+    from real_bench.finding import find_controller, source_sha256
+
+    target, _, kind = task.controller.partition(":")
+    if not target.endswith(".py"):
+        return _differences({"controller": named}, {"controller": task.controller})
+    found, _, found_kind = named.partition(":")
+    if (Path(found).name, found_kind) != (Path(target).name, kind):
+        return [f"controller {named}, not {task.controller}"]
+    if sha256 != source_sha256(find_controller(task.controller)):
+        return [f"{Path(target).name} as it was before it was changed"]
+    return []
+
+
+def _setting_misfits(asked: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+    """What is asked for must be so; where nothing is asked, defaults may have changed."""
+    asked, found = (json.loads(json.dumps(values)) for values in (asked, found))
+    return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]

@@ -1,0 +1,132 @@
+"""The table of an experiment: as text, Markdown, LaTeX and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich import box
+from rich.table import Table
+
+from real_bench.experiments.scores import Row
+from real_bench.experiments.spec import Published, Spec
+from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.scoring.repeats import ENOUGH_REPEATS
+
+HEADINGS = (
+    "controller",
+    "condition",
+    "objects",
+    "repeats",
+    "goals",
+    "mean ± s.e.",
+    "95% interval",
+    "IQM",
+    *CHALLENGES,
+    "published",
+    "difference",
+)
+LEGEND = (
+    "s.e.: standard error over repeats; 95% interval: bootstrap over the repeats of each goal; "
+    "IQM: interquartile mean"
+)
+FEW = "*"
+ABSENT = "-"
+
+
+def text_table(spec: Spec, rows: Sequence[Row]) -> Table:
+    """For a terminal."""
+    table = Table(
+        title=spec.title,
+        caption="\n".join(notes(rows)),
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    for number, heading in enumerate(HEADINGS):
+        table.add_column(heading, justify="left" if number < 2 else "right")
+    for row in rows:
+        table.add_row(*cells(row))
+    return table
+
+
+def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
+    """For a README or a job summary."""
+    from tabulate import tabulate
+
+    table = tabulate([cells(row) for row in rows], HEADINGS, "github", disable_numparse=True)
+    below = "".join(f"\n{note}  " for note in notes(rows))
+    return f"### {spec.title}\n\n{table}\n{below}"
+
+
+def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
+    """For a paper that uses booktabs."""
+    from tabulate import tabulate
+
+    table = tabulate(
+        [cells(row) for row in rows], HEADINGS, "latex_booktabs", disable_numparse=True
+    )
+    remarks = "".join(f"% {note}\n" for note in (spec.title, *notes(rows)))
+    return remarks + table.replace("±", r"$\pm$")
+
+
+def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
+    """Every number, and what each is of."""
+    return {
+        "title": spec.title,
+        "scene": spec.scene,
+        "steps": spec.steps,
+        "trial_steps": spec.trial_steps,
+        "rows": [row.to_json() for row in rows],
+    }
+
+
+def cells(row: Row) -> list[str]:
+    """What stands in each column."""
+    cell, summary = row.cell, row.summary
+    done = f"{len(row.seeds)} of {row.n_asked}"
+    told = [
+        cell.label,
+        cell.condition,
+        str(cell.objects),
+        done,
+    ]
+    numbers = [ABSENT] * (4 + len(CHALLENGES))
+    if summary is not None:
+        numbers = [
+            str(summary.n_goals),
+            _with_error(summary.mean, summary.standard_error),
+            str(summary.interval) if summary.interval else ABSENT,
+            f"{summary.interquartile_mean:.3f}",
+            *(_number(summary.by_class.get(name)) for name in CHALLENGES),
+        ]
+    published = cell.published
+    few = "" if row.is_enough or row.difference is None else FEW
+    difference = ABSENT if row.difference is None else f"{row.difference:+.3f}{few}"
+    return [*told, *numbers, _published(published), difference]
+
+
+def notes(rows: Sequence[Row]) -> list[str]:
+    """What is to be said below the table."""
+    missing = sum(row.n_asked - len(row.seeds) for row in rows)
+    told = [LEGEND, *(f"{row.cell.name}: {row.cell.note}" for row in rows if row.cell.note)]
+    if any(row.difference is not None and not row.is_enough for row in rows):
+        told.append(f"{FEW} fewer than {ENOUGH_REPEATS} repeats: too few to compare")
+    if missing:
+        asked = sum(row.n_asked for row in rows)
+        told.append(f"{missing} of {asked} repeats are missing")
+    return told
+
+
+def _with_error(mean: float, error: float | None) -> str:
+    return f"{mean:.3f}" if error is None else f"{mean:.3f} ± {error:.3f}"
+
+
+def _published(published: Published | None) -> str:
+    if published is None:
+        return ABSENT
+    return _with_error(published.mean, published.standard_error)
+
+
+def _number(value: float | None) -> str:
+    return ABSENT if value is None else f"{value:.3f}"
