@@ -36,7 +36,9 @@ def mean_interval(values: ArrayLike, seed: int = BOOTSTRAP_SEED) -> Interval | N
     return bootstrap_interval([numbers], np.mean, seed) if len(numbers) > 1 else None
 
 
-def stratified_interval(scores: ArrayLike, seed: int = BOOTSTRAP_SEED) -> Interval | None:
+def stratified_interval(
+    scores: ArrayLike, seed: int = BOOTSTRAP_SEED, resamples: int = RESAMPLES
+) -> Interval | None:
     """The 95% interval of the mean over repeats and goals, resampling the repeats of each goal.
 
     So it tells how far another set of repeats on the same goals would come. Resamples of n values
@@ -46,6 +48,7 @@ def stratified_interval(scores: ArrayLike, seed: int = BOOTSTRAP_SEED) -> Interv
     Args:
         scores: (n_repeats, n_goals).
         seed: of the resampling, part of the result.
+        resamples: how many.
 
     Returns:
         None for fewer than two repeats.
@@ -55,7 +58,7 @@ def stratified_interval(scores: ArrayLike, seed: int = BOOTSTRAP_SEED) -> Interv
         return None
     means = numbers.mean(axis=0)
     widened = means + (numbers - means) * np.sqrt(len(numbers) / (len(numbers) - 1))
-    return bootstrap_interval(list(widened.T), _mean_of_means, seed)
+    return bootstrap_interval(list(widened.T), _mean_of_means, seed, resamples)
 
 
 def stratified_mean_interval(
@@ -104,7 +107,10 @@ def interquartile_mean(scores: ArrayLike) -> float:
 
 
 def bootstrap_interval(
-    samples: Sequence[Floats], statistic: Callable[..., Any], seed: int = BOOTSTRAP_SEED
+    samples: Sequence[Floats],
+    statistic: Callable[..., Any],
+    seed: int = BOOTSTRAP_SEED,
+    resamples: int = RESAMPLES,
 ) -> Interval:
     """The 95% percentile bootstrap interval of a statistic of independent samples.
 
@@ -112,6 +118,7 @@ def bootstrap_interval(
         samples: each is resampled by itself.
         statistic: of all of them, along ``axis``.
         seed: of the resampling, part of the result.
+        resamples: how many.
     """
     from scipy.stats import bootstrap
 
@@ -122,7 +129,7 @@ def bootstrap_interval(
         # a sample of one is the same whichever is drawn, but scipy wants two
         [np.repeat(sample, 2) if len(sample) == 1 else sample for sample in samples],
         statistic,
-        n_resamples=RESAMPLES,
+        n_resamples=resamples,
         confidence_level=CONFIDENCE,
         method="percentile",
         rng=np.random.default_rng(seed),

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import COMMAND, realbench
+from tests.experiments.conftest import WriteSpec
+
+pytest.importorskip("distributed", reason="the extra real-bench[cluster] is not installed")
+SECONDS = 120
+
+
+class DaskCluster:
+    """A real scheduler and real workers, each a process of its own."""
+
+    def __init__(self, folder: Path, stack: ExitStack) -> None:
+        self._folder, self._stack = folder, stack
+        log = folder / "scheduler.log"
+        self._start(["scheduler", "--host", "127.0.0.1", "--port", "0"], log)
+        self.address = self._told(log, r"Scheduler at:\s+(tcp://\S+)")
+        self.workers: list[subprocess.Popen[bytes]] = []
+
+    def add_worker(self) -> None:
+        number = len(self.workers)
+        log = self._folder / f"worker-{number}.log"
+        options = ["--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder)]
+        self.workers.append(self._start(["worker", self.address, *options], log))
+        self._told(log, r"Registered to:\s+(\S+)")
+
+    def _start(self, arguments: list[str], log: Path) -> subprocess.Popen[bytes]:
+        dask = Path(sys.executable).with_name("dask")
+        command = [str(dask), *arguments, "--dashboard-address", "127.0.0.1:0"]
+        with log.open("wb") as file:
+            process = subprocess.Popen(command, stdout=file, stderr=file)
+        self._stack.callback(process.wait)
+        self._stack.callback(process.kill)
+        return process
+
+    @staticmethod
+    def _told(log: Path, pattern: str) -> str:
+        end = time.monotonic() + SECONDS
+        while time.monotonic() < end:
+            if found := re.search(pattern, log.read_text()):
+                return found[1]
+            time.sleep(0.1)
+        raise AssertionError(log.read_text())
+
+
+@pytest.fixture
+def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
+    with ExitStack() as stack:
+        yield DaskCluster(tmp_path, stack)
+
+
+def test_a_worker_that_is_killed_costs_only_its_own_task(
+    cluster: DaskCluster, write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    here = json.loads(realbench(tmp_path, "table", write_spec(), "--json").stdout)
+    cluster.add_worker()
+    cluster.add_worker()
+    path = write_spec(results="there")
+    command = [str(COMMAND), "table", str(path), "--scheduler", cluster.address, "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    victim = cluster.workers[0]
+    end = time.monotonic() + SECONDS
+    while not _children(victim.pid):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    os.kill(victim.pid, signal.SIGKILL)
+    there, told = process.communicate(timeout=300)
+    assert process.returncode == 0, told
+    assert json.loads(there) == here
+    # results come back whole, and nothing else is left in the folder
+    names = {path.name for path in (tmp_path / "there").iterdir()}
+    assert {name for name in names if name.endswith(".h5")} == {
+        "random-1-seed0.h5",
+        "random-1-seed1.h5",
+    }
+    assert not {name for name in names if name.startswith(".")}
+
+
+def _children(pid: int) -> list[int]:
+    """The processes in which a worker does its tasks."""
+    listed = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for file in listed for child in file.read_text().split()]

@@ -1,0 +1,138 @@
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from real_bench.experiments import read_spec
+from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.process import Processes, TaskFailedError, WorkerLostError
+from real_bench.experiments.tasks import PlayTask, task_from_json
+from real_bench.recording import Recording
+from tests.experiments.conftest import WriteSpec
+
+
+def a_play(write_spec: WriteSpec, controller: str = "real_r", steps: int = 3000) -> PlayTask:
+    cell = {"controller": controller, "condition": "OM", "name": "cell"}
+    spec = read_spec(write_spec(cells=[cell], steps=steps))
+    spec.results_folder.mkdir()
+    return Agenda(spec).left().plays[0]
+
+
+def test_a_task_is_the_same_after_its_journey(write_spec: WriteSpec) -> None:
+    task = a_play(write_spec)
+    assert task_from_json(task.model_dump_json()) == task
+
+
+def test_a_task_is_done_and_told(write_spec: WriteSpec, tmp_path: Path) -> None:
+    task = a_play(write_spec)
+    steps: list[int] = []
+    Processes(tmp_path / "logs").do(task, steps.append)
+    with Recording(task.out) as recording:
+        assert recording.n_steps == 3000
+        assert recording.ended
+    assert steps == sorted(steps)
+    assert (tmp_path / "logs" / f"{task.name}.log").exists()
+
+
+def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    (tmp_path / "loud.py").write_text(
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Loud(RealR):\n"
+        "    def next_action(self, observation):\n"
+        '        print(\'{"failed": "no"}\', flush=True)\n'
+        "        return super().next_action(observation)\n"
+    )
+    task = a_play(write_spec, "loud.py")
+    Processes(tmp_path / "logs").do(task, lambda steps: None)
+    assert '"failed"' in (tmp_path / "logs" / f"{task.name}.log").read_text()
+
+
+def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) -> None:
+    (tmp_path / "bad.py").write_text(
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Bad(RealR):\n"
+        "    def next_action(self, observation):\n"
+        "        raise ValueError('no idea')\n"
+    )
+    task = a_play(write_spec, "bad.py")
+    with pytest.raises(TaskFailedError, match="no idea"):
+        Processes(tmp_path / "logs").do(task, lambda steps: None)
+
+
+@pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(3)"])
+def test_a_process_that_dies_is_lost(write_spec: WriteSpec, tmp_path: Path, end: str) -> None:
+    (tmp_path / "dies.py").write_text(
+        "import os\n"
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Dies(RealR):\n"
+        "    def next_action(self, observation):\n"
+        f"        {end}\n"
+    )
+    told = "SIGKILL" if "kill" in end else "exit code 3"
+    task = a_play(write_spec, "dies.py")
+    with pytest.raises(WorkerLostError, match=told):
+        Processes(tmp_path / "logs").do(task, lambda steps: None)
+
+
+def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path) -> None:
+    task = a_play(write_spec, steps=100_000_000)
+    processes = Processes(tmp_path / "logs")
+    begun = threading.Event()
+    threading.Thread(target=lambda: (begun.wait(60), processes.stop()), daemon=True).start()
+    with pytest.raises(WorkerLostError):
+        processes.do(task, lambda steps: begun.set())
+    with pytest.raises(WorkerLostError, match="not begun"):
+        processes.do(task, lambda steps: None)
+    with Recording(task.out) as recording:  # whole, as far as it came
+        assert not recording.ended
+
+
+def test_a_process_ends_with_whoever_asked_for_it(write_spec: WriteSpec, tmp_path: Path) -> None:
+    """Fork, ask, die: the process that did the task is gone soon after."""
+    (tmp_path / "tells.py").write_text(
+        "import os, pathlib\n"
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Tells(RealR):\n"
+        "    def start_intrinsic_phase(self):\n"
+        f"        pathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()))\n"
+    )
+    task = a_play(write_spec, "tells.py", steps=100_000_000)
+    parent = os.fork()
+    if parent == 0:
+        try:
+            Processes(tmp_path / "logs").do(task, lambda steps: None)
+        finally:
+            os._exit(1)
+    pid = int(_soon(lambda: (tmp_path / "pid").read_text()))
+    os.kill(parent, signal.SIGKILL)
+    os.waitpid(parent, 0)
+    _soon(lambda: _is_gone(pid))
+
+
+def _soon(ask: object) -> str:
+    """What a function gives once it gives something, within a generous minute."""
+    assert callable(ask)
+    end = time.monotonic() + 60
+    while time.monotonic() < end:
+        try:
+            if answer := ask():
+                return str(answer)
+        except OSError:
+            pass
+        time.sleep(0.05)
+    raise AssertionError("not within a minute")
+
+
+def _is_gone(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().split()[2]
+    except FileNotFoundError:
+        return True
+    return state == "Z"

@@ -1,0 +1,200 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from real_bench.errors import ExperimentError
+from real_bench.experiments import Spec, read_spec
+from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.scores import rows_of
+from real_bench.experiments.table import json_table, latex_table, markdown_table, notes
+from real_bench.goal_sets import generate_goal_set, save_goal_set
+from real_bench.scoring.metric import object_scores
+from real_bench.scoring.result import Result, Setting, TrialResult
+from real_bench.simulation import Scene
+from tests.experiments.conftest import WriteSpec
+
+DISTANCES = {0: (0.05, 0.10), 1: (0.15, 0.30)}
+"""Of the two goals, by seed of the repeat."""
+
+
+@pytest.fixture
+def drawn(spec: Spec, builtin_scene: Scene) -> Spec:
+    """The tiny experiment with its goals drawn."""
+    spec.results_folder.mkdir()
+    list(Agenda(spec).draw_goals())
+    return spec
+
+
+def keep(spec: Spec, cell: int = 0, repeat: int = 0, n_trials: int = 2, **changes: Any) -> Path:
+    """Write a result that fits a cell, but for some changes of its setting."""
+    task = Agenda(spec).scorings(spec.cells[cell], repeat)[0]
+    setting = Setting(
+        **{
+            **{
+                name: getattr(task, name) for name in ("condition", "objects", "controller", "seed")
+            },
+            **{name: getattr(task, name) for name in ("run_steps", "n_goals", "trial_steps")},
+            "goals_sha256": task.goals_sha256,
+            "object_names": ("cube",),
+            "scene": "builtin",
+            "scene_sha256": "1" * 64,
+            "controller_sha256": "2" * 64,
+            "run_sha256": "",
+            "versions": {},
+            **changes,
+        }
+    )
+    result = Result(setting=setting)
+    for goal, distance in list(enumerate(DISTANCES[repeat]))[:n_trials]:
+        trial = TrialResult(
+            goal=goal,
+            challenge="2D",
+            score=float(object_scores([distance]).sum()),
+            distances=(distance,),
+            final_poses=((0, 0, 0, 0, 0, 0, 1),),
+            actions_sha256="4" * 64,
+        )
+        result = result.with_trial(trial, 1.0)
+    result.save(task.out)
+    return task.out
+
+
+def test_nothing_is_known_before_anything_is_done(spec: Spec) -> None:
+    rows = rows_of(spec, Agenda(spec))
+    assert [(row.seeds, row.n_asked, row.summary, row.difference) for row in rows] == [
+        ((), 2, None, None),
+        ((), 2, None, None),
+        ((), 1, None, None),
+    ]
+    assert notes(rows)[-1] == "5 of 5 repeats are missing"
+
+
+def test_a_row_tells_what_its_repeats_say(drawn: Spec) -> None:
+    files = [keep(drawn, repeat=0), keep(drawn, repeat=1)]
+    row = rows_of(drawn, Agenda(drawn))[0]
+    assert row.summary is not None
+    scores = np.exp(-np.log(4) / 0.1 * np.array([DISTANCES[0], DISTANCES[1]]))
+    assert row.summary.mean == pytest.approx(scores.mean())
+    assert row.summary.standard_error == pytest.approx(scores.mean(axis=1).std(ddof=1) / np.sqrt(2))
+    assert row.summary.by_repeat == pytest.approx(tuple(scores.mean(axis=1)))
+    assert row.difference == pytest.approx(scores.mean() - 0.021)
+    assert (row.seeds, row.files) == ((0, 1), tuple(files))
+    assert not row.is_enough
+    assert any("too few to compare" in note for note in notes([row]))
+
+
+def test_a_repeat_counts_when_it_is_whole(drawn: Spec) -> None:
+    keep(drawn, repeat=0)
+    keep(drawn, repeat=1, n_trials=1)
+    row = rows_of(drawn, Agenda(drawn))[0]
+    assert row.seeds == (0,)
+    assert row.summary is not None
+    assert row.summary.standard_error is row.summary.interval is None
+    left = Agenda(drawn).left()
+    assert [task.name for task in left.scorings][:1] == ["real_r-OM-1-seed1-few"]
+    assert [task.name for task in left.plays] == ["random-1-seed0", "random-1-seed1"]
+
+
+def test_a_play_that_nothing_needs_any_more_is_not_made(drawn: Spec) -> None:
+    for cell in (0, 1):
+        keep(drawn, cell, repeat=0)
+    assert [task.name for task in Agenda(drawn).left().plays] == ["random-1-seed1"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"condition": "OJ"}, "condition OJ, not OM"),
+        ({"controller": "real_t"}, "controller real_t, not real_r"),
+        ({"scene": "official"}, "scene official, not builtin"),
+        ({"seed": 7}, "seed 7, not 0"),
+        ({"trial_steps": 10_000}, "trial steps 10000, not 2000"),
+        ({"run_steps": 15_000_000}, "run steps 15000000, not 3000"),
+        ({"n_goals": 3}, "n goals 3, not 2"),
+        ({"goals_sha256": "9" * 64}, r"other goals than goals-few-1\.npy"),
+    ],
+)
+def test_what_is_of_another_experiment_is_refused(
+    drawn: Spec, changes: dict[str, Any], told: str
+) -> None:
+    kept = keep(drawn, **changes)
+    with pytest.raises(ExperimentError, match=f"{kept.name} is not of this experiment: .*{told}"):
+        rows_of(drawn, Agenda(drawn))
+    with pytest.raises(ExperimentError, match=told):
+        Agenda(drawn).left()
+    assert kept.stem in [task.name for task in Agenda(drawn).left(overwrite=True).scorings]
+
+
+def test_settings_that_are_asked_for_must_be_those_of_the_result(
+    write_spec: WriteSpec, builtin_scene: Scene
+) -> None:
+    cell = {"controller": "real_d", "condition": "OM", "settings": {"planner": {"depth": 4}}}
+    spec = read_spec(write_spec(cells=[cell]))
+    spec.results_folder.mkdir()
+    list(Agenda(spec).draw_goals())
+    keep(spec, settings={"planner": {"depth": 4, "more": 1}})
+    assert rows_of(spec, Agenda(spec))[0].seeds == (0,)
+    keep(spec, settings={"planner": {"depth": 10}})
+    with pytest.raises(ExperimentError, match="settings"):
+        rows_of(spec, Agenda(spec))
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [({"scene_sha256": "8" * 64}, "scenes"), ({"settings": {"depth": 3}}, "settings")],
+)
+def test_what_differs_is_never_averaged(drawn: Spec, changes: dict[str, Any], what: str) -> None:
+    keep(drawn, repeat=0)
+    keep(drawn, repeat=1, **changes)
+    with pytest.raises(ExperimentError, match=f"different {what}, which are never averaged"):
+        rows_of(drawn, Agenda(drawn))
+
+
+def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
+    write_spec: WriteSpec, tmp_path: Path, builtin_scene: Scene
+) -> None:
+    from real_bench.finding import find_controller, source_sha256
+
+    code = "from real_bench.controllers.real_r import RealR\nclass Mine(RealR):\n    pass\n"
+    (tmp_path / "mine.py").write_text(code)
+    spec = read_spec(write_spec(cells=[{"controller": "mine.py", "condition": "OM"}]))
+    spec.results_folder.mkdir()
+    list(Agenda(spec).draw_goals())
+    sha256 = source_sha256(find_controller(str(tmp_path / "mine.py")))
+    keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
+    assert rows_of(spec, Agenda(spec))[0].seeds == (0,)
+    (tmp_path / "mine.py").write_text(code + "# better\n")
+    with pytest.raises(ExperimentError, match=r"mine\.py as it was before it was changed"):
+        rows_of(spec, Agenda(spec))
+
+
+def test_other_goals_under_the_same_name_are_noticed(drawn: Spec, builtin_scene: Scene) -> None:
+    keep(drawn)
+    other = generate_goal_set(builtin_scene, 1, seed=6, counts={"2D": 2})
+    save_goal_set(other, drawn.goal_file("few", 1))
+    with pytest.raises(ExperimentError, match="other goals"):
+        rows_of(drawn, Agenda(drawn))
+
+
+def test_every_form_holds_every_row(drawn: Spec) -> None:
+    keep(drawn, repeat=0)
+    keep(drawn, repeat=1)
+    rows = rows_of(drawn, Agenda(drawn))
+    mean = rows[0].summary.mean if rows[0].summary else 0
+    markdown, latex = markdown_table(drawn, rows), latex_table(drawn, rows)
+    for text in (markdown, latex):
+        assert f"{mean:.3f}" in text
+        assert "real" in text
+        assert "2 of 2" in text
+        assert "0 of 1" in text
+    assert latex.count(r"\\") == 4
+    assert "±" not in latex
+    told = json.loads(json.dumps(json_table(drawn, rows)))
+    assert told["rows"][0]["summary"]["mean"] == mean
+    assert told["rows"][0]["published"]["standard_error"] == 0.002
+    assert told["rows"][1]["summary"] is None

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from real_bench.errors import ExperimentError
+from real_bench.experiments import Spec, read_spec
+from tests.experiments.conftest import WriteSpec
+
+EVALUATION = Path(__file__).parents[2] / "evaluation"
+RANDOM = {"controller": "real_r", "condition": "OM"}
+
+
+def test_a_spec_is_read_as_it_is_written(spec: Spec, tmp_path: Path) -> None:
+    assert [cell.name for cell in spec.cells] == ["real_r-OM-1", "real_d-OM-1", "real_r-IJ-1"]
+    assert spec.results_folder == tmp_path / "results"
+    assert list(spec.seeds(spec.cells[0])) == [0, 1]
+    assert list(spec.seeds(spec.cells[2])) == [0]
+    assert spec.goal_names(spec.cells[0]) == ("few",)
+    assert spec.goal_file("few", 2) == tmp_path / "results" / "goals-few-2.npy"
+
+
+def test_what_is_not_said_is_the_benchmark(write_spec: WriteSpec) -> None:
+    path = write_spec()
+    path.write_text("cells: [{controller: real_r, condition: IM}]")
+    spec = read_spec(path)
+    assert (spec.steps, spec.trial_steps, spec.scene) == (15_000_000, 10_000, "official")
+    assert (spec.title, spec.results.name) == ("tiny", "tiny")
+    assert spec.goal_file("shipped", 1).name == "goals-1-object.npy"
+    assert spec.play_of(spec.cells[0]) is not None
+
+
+def test_cells_that_play_themselves_play_with_their_own_settings(write_spec: WriteSpec) -> None:
+    cell = {"controller": "real_t", "condition": "OM", "settings": {"thresholds": [0.1, 0.1]}}
+    spec = read_spec(write_spec(cells=[cell]))
+    found = spec.play_of(spec.cells[0])
+    assert found is not None
+    assert found[0] == "real_t-OM-1"
+    assert found[1].settings == {"thresholds": [0.1, 0.1]}
+
+
+def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -> None:
+    cell = {"controller": "my/mine.py:Mine", "condition": "OM"}
+    spec = read_spec(write_spec(cells=[cell], scene="rooms/scene.yaml", goals={"g": "g.npy"}))
+    assert spec.controller("my/mine.py:Mine") == f"{tmp_path}/my/mine.py:Mine"
+    assert spec.controller("real_r") == "real_r"
+    assert spec.scene_source == f"{tmp_path}/rooms/scene.yaml"
+    assert spec.goal_file("g", 1) == tmp_path / "g.npy"
+    assert spec.cells[0].name == "mine-Mine-OM-1"
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"cells": []}, "cells: .*at least 1"),
+        ({"cells": [RANDOM, RANDOM]}, "two cells are named real_r-OM-1"),
+        ({"cells": [{**RANDOM, "play": "other"}]}, "learns from 'other': use own, none, random"),
+        ({"cells": [{**RANDOM, "goals": ["b"]}]}, "unknown goals b"),
+        ({"cells": [{**RANDOM, "condition": "XM"}]}, "unknown condition 'XM'"),
+        ({"cells": [{**RANDOM, "objects": 4}]}, "objects"),
+        ({"cells": [{**RANDOM, "name": "../x"}]}, "name"),
+        ({"cells": [{**RANDOM, "publishd": 1}]}, "publishd"),
+        ({"cells": [{"condition": "OM"}]}, "controller"),
+        ({"cells": ["real_r"]}, "cells"),
+        ({"steps": 0}, "steps"),
+        ({"repeats": 0}, "repeats"),
+        ({"goals": {"few": {"seed": 5, "counts": {"4D": 2}}}}, "counts"),
+        (
+            {
+                "plays": {"real_r-OM": RANDOM},
+                "cells": [RANDOM, {**RANDOM, "name": "b", "play": "real_r-OM"}],
+            },
+            "share a name",
+        ),
+    ],
+)
+def test_what_is_wrong_is_told(write_spec: WriteSpec, changes: dict[str, Any], told: str) -> None:
+    with pytest.raises(ExperimentError, match=told):
+        read_spec(write_spec(**changes))
+
+
+def test_no_file_and_no_yaml_are_told(tmp_path: Path) -> None:
+    with pytest.raises(ExperimentError, match="does not exist"):
+        read_spec(tmp_path / "no.yaml")
+    (tmp_path / "bad.yaml").write_text("a: [1")
+    with pytest.raises(ExperimentError, match=r"bad\.yaml"):
+        read_spec(tmp_path / "bad.yaml")
+
+
+@pytest.mark.parametrize("name", ["paper", "smoke"])
+def test_the_specs_that_ship_have_every_cell_of_the_paper(name: str) -> None:
+    spec = read_spec(EVALUATION / f"{name}.yaml")
+    published = {
+        (cell.controller, cell.condition, cell.objects): cell.published.mean
+        for cell in spec.cells
+        if cell.published and cell.published.standard_error
+    }
+    paper = {
+        ("real_r", "OM", 1): 0.021,
+        ("real_r", "IJ", 1): 0.038,
+        ("real_t", "OM", 1): 0.212,
+        ("real_d", "OM", 1): 0.216,
+        ("real_ld", "IM", 1): 0.222,
+        ("real_ld", "IJ", 1): 0.139,
+        ("real_ild", "IM", 1): 0.234,
+    }
+    if name == "paper":
+        paper |= {("real_r", "IM", 1): 0.021, ("real_ild", "IJ", 1): 0.149}
+        assert spec.repeats == 30
+        assert not spec.run
+    assert published == paper

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+import json
+import random
+import signal
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.shell import COMMAND, realbench
+from tests.experiments.conftest import WriteSpec
+
+
+def test_the_table_is_made_and_printed_again_without_work(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    path = write_spec()
+    done = realbench(tmp_path, "table", path, "--jobs", "2")
+    assert "2 plays and 5 tests to do, 26,000 steps in all" in done.stderr
+    assert "2 of 2" in done.stdout
+    again = realbench(tmp_path, "table", path)
+    assert again.stdout == done.stdout
+    assert "to do" not in again.stderr
+    markdown = realbench(tmp_path, "table", path, "--format", "markdown").stdout
+    assert markdown.startswith("### tiny\n")
+    assert r"\begin{tabular}" in realbench(tmp_path, "table", path, "--format", "latex").stdout
+    assert len(json.loads(realbench(tmp_path, "table", path, "--json").stdout)["rows"]) == 3
+
+
+def test_nothing_is_made_unasked_where_the_spec_says_so(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    path = write_spec(run=False)
+    done = realbench(tmp_path, "table", path)
+    assert "not made: 2 plays and 5 tests, 26,000 steps in all" in done.stderr
+    assert "5 of 5 repeats are missing" in done.stdout
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_killed_table_ends_as_one_that_was_not(write_spec: WriteSpec, tmp_path: Path) -> None:
+    path = write_spec()
+    undisturbed = json.loads(realbench(tmp_path, "table", path, "--json").stdout)
+    path = write_spec(results="killed")
+    moments = random.Random(7)
+    n_killed = 0
+    for _ in range(3):
+        process = subprocess.Popen(
+            [str(COMMAND), "table", str(path)], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+        )
+        time.sleep(moments.uniform(1, 6))
+        n_killed += process.poll() is None
+        process.kill()
+        process.wait()
+    assert n_killed
+    assert json.loads(realbench(tmp_path, "table", path, "--json").stdout) == undisturbed
+
+
+def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Path) -> None:
+    path = write_spec(steps=100_000_000)
+    process = subprocess.Popen(
+        [str(COMMAND), "table", str(path)],
+        stderr=subprocess.PIPE,
+        text=True,
+        # a background shell hands down an ignored SIGINT
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    end = time.monotonic() + 60
+    while not list((tmp_path / "results").glob("*.h5")) and time.monotonic() < end:
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "repeat the command to go on" in told
+
+
+def test_one_controller_that_fails_does_not_stop_the_others(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    (tmp_path / "bad.py").write_text(
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Bad(RealR):\n"
+        "    def next_action(self, observation):\n"
+        "        raise ValueError('no idea')\n"
+    )
+    cells: list[dict[str, Any]] = [
+        {"controller": "bad.py", "condition": "OM"},
+        {"controller": "real_r", "condition": "OM", "play": "none"},
+    ]
+    done = realbench(tmp_path, "table", write_spec(cells=cells, repeats=1), code=1)
+    assert "bad-OM-1-seed0: controller" in done.stderr
+    assert "no idea" in done.stderr
+    assert "1 of 1" in done.stdout
+
+
+def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
+    from real_bench.files import write_lock
+
+    path = write_spec()
+    (tmp_path / "results").mkdir()
+    with write_lock(tmp_path / "results" / "table"):
+        done = realbench(tmp_path, "table", path, code=1)
+    assert "another process" in done.stderr
+
+
+@pytest.mark.parametrize("scheduler", ["tcp://127.0.0.1:9", "nonsense://x"])
+def test_a_scheduler_that_is_not_there_is_told(
+    write_spec: WriteSpec, tmp_path: Path, scheduler: str
+) -> None:
+    done = realbench(tmp_path, "table", write_spec(), "--scheduler", scheduler, code=1)
+    assert f"no Dask scheduler answers at {scheduler}" in done.stderr
