@@ -15,6 +15,8 @@ COMMANDS = {
     "extrinsic": "test a controller on goals and print the score table",
     "evaluate": "both phases in one process, as the official evaluation did",
     "table": "make the table of an experiment: many plays and tests, published scores beside",
+    "compare": "compare two sets of scores, goal by goal",
+    "score": "judge results, for CI: exit code, Markdown, JUnit XML",
     "goals": "make, look at and import goal sets",
     "inspect": "say what is in a recording, goal set or result",
     "scene": "install and list scenes",

@@ -53,7 +53,7 @@ def stratified_interval(
     Returns:
         None for fewer than two repeats.
     """
-    numbers = np.asarray(scores, np.float64)
+    numbers = np.sort(np.asarray(scores, np.float64), axis=0)  # whichever repeat came first
     if len(numbers) < 2:
         return None
     means = numbers.mean(axis=0)

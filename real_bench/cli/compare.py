@@ -1,0 +1,39 @@
+"""``realbench compare``."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from real_bench.cli import options
+
+EPILOG = """\b
+Example:
+  realbench compare mine.json theirs.json
+  realbench compare 'results/real_d-OM-1-*.json' 'results/real_t-OM-1-*.json'
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("a")
+@click.argument("b")
+@options.json_option
+def compare(a: str, b: str, as_json: bool) -> None:
+    """Compare two sets of scores, A and B, on the same goals.
+
+    A and B are each a result, a folder of results, or a quoted pattern. Results on the same goal
+    set are repeats. Prints the mean difference with its 95% interval over goals, the probability
+    that A scores more than B on a goal, and each goal.
+    """
+    from rich.console import Console
+
+    from real_bench.cli.reading import read_results
+    from real_bench.scoring.comparison import compare as compare_results
+    from real_bench.scoring.table import comparison_table
+
+    comparison = compare_results(*(read_results(each) for each in (a, b)))
+    if as_json:
+        click.echo(json.dumps(comparison.to_json()))
+    else:
+        Console().print(comparison_table(comparison))

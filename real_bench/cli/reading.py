@@ -1,0 +1,27 @@
+"""Read what the user named: a file, all that lie in a folder, or what fits a pattern."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from real_bench.errors import ResultError
+
+if TYPE_CHECKING:
+    from real_bench.scoring.result import Result
+
+
+def read_results(named: str) -> list[Result]:
+    """The results that a path or a pattern names; raises ResultError where there is none."""
+    from real_bench.scoring.result import load_result
+
+    path = Path(named)
+    if path.is_dir():
+        files = sorted(path.glob("*.json"))
+    elif any(sign in named for sign in "*?[") and not path.exists():
+        files = sorted(Path(path.anchor).glob(str(path.relative_to(path.anchor))))
+    else:
+        files = [path]
+    if not files:
+        raise ResultError(f"there is no result in {named}")
+    return [load_result(file) for file in files]

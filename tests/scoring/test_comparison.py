@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from real_bench.errors import ResultError
+from real_bench.scoring.comparison import by_goal, compare
+from real_bench.scoring.metric import object_scores
+from real_bench.scoring.result import Result, Setting, TrialResult
+
+Make = Callable[..., Result]
+DISTANCES = st.lists(st.floats(0, 1), min_size=4, max_size=4)
+CLASSES = ("2D", "2D", "2.5D", "3D")
+
+
+def made(distances: Sequence[float], seed: int = 0, **changes: Any) -> Result:
+    """A result with one object these far from its goals."""
+    fields = {
+        "condition": "OM",
+        "objects": 1,
+        "object_names": ("cube",),
+        "scene": "builtin",
+        "scene_sha256": "1" * 64,
+        "controller": "real_r",
+        "controller_sha256": "2" * 64,
+        "run_sha256": "",
+        "run_steps": 0,
+        "goals_sha256": "3" * 64,
+        "n_goals": len(distances),
+        "trial_steps": 10_000,
+        "seed": seed,
+        "versions": {},
+    }
+    result = Result(setting=Setting(**{**fields, **changes}))
+    for goal, distance in enumerate(distances):
+        trial = TrialResult(
+            goal=goal,
+            challenge=CLASSES[goal % len(CLASSES)],
+            score=float(object_scores([distance]).sum()),
+            distances=(distance,),
+            final_poses=((0, 0, 0, 0, 0, 0, 1),),
+            actions_sha256="4" * 64,
+        )
+        result = result.with_trial(trial, 1.0)
+    return result
+
+
+def test_a_comparison_worked_out_by_hand() -> None:
+    """Scores at 0, 10 and 20 cm are 1, 1/4 and 1/16."""
+    a = [made([0.0, 0.1, 0.2, 0.2]), made([0.0, 0.2, 0.2, 0.2], seed=1)]
+    b = [made([0.1, 0.1, 0.2, 0.0])]
+    found = compare(a, b)
+    goals = [(1, 1 / 4), (5 / 32, 1 / 4), (1 / 16, 1 / 16), (1 / 16, 1)]
+    assert [(goal.a, goal.b) for goal in found.goals] == [pytest.approx(goal) for goal in goals]
+    assert found.n_repeats == (2, 1)
+    assert found.a == pytest.approx(np.mean([a for a, _ in goals]))
+    assert found.difference == pytest.approx(np.mean([a - b for a, b in goals]))
+    # better; a tie and a loss; a tie; a loss
+    assert found.improvement == pytest.approx(np.mean([1, 1 / 4, 1 / 2, 0]))
+    assert found.interval is not None
+    assert found.interval.low <= found.difference <= found.interval.high
+    assert not found.is_worse
+
+
+@given(DISTANCES, DISTANCES)
+def test_turned_round_it_says_the_opposite(a: list[float], b: list[float]) -> None:
+    one, other = compare([made(a)], [made(b)]), compare([made(b)], [made(a)])
+    assert one.difference == pytest.approx(-other.difference)
+    assert one.improvement == pytest.approx(1 - other.improvement)
+    assert one.interval is not None
+    assert other.interval is not None
+    assert one.interval.low == pytest.approx(-other.interval.high, abs=0.02)
+
+
+@given(DISTANCES)
+def test_nothing_differs_from_itself(distances: list[float]) -> None:
+    same = compare([made(distances)], [made(distances)])
+    assert same.difference == 0
+    assert same.improvement == 0.5
+    assert not same.is_worse
+
+
+def test_the_order_of_files_does_not_matter() -> None:
+    results = [made([0.1, 0.2], seed=0), made([0.3, 0.4], seed=1)]
+    results += [made([0.5, 0.6], seed=seed, goals_sha256="5" * 64) for seed in (0, 1)]
+    tables = [by_goal(order) for order in itertools.permutations(results)]
+    for table in tables:
+        assert table.keys == tables[0].keys
+        assert (table.scores == tables[0].scores).all()
+    assert tables[0].scores.shape == (2, 4)
+
+
+def test_worse_beyond_chance_is_said() -> None:
+    near, far = [0.01 * n for n in range(20)], [0.2 + 0.01 * n for n in range(20)]
+    assert compare([made(far)], [made(near)]).is_worse
+    assert not compare([made(near)], [made(far)]).is_worse
+
+
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        (made([0.1]), "not on the same goals: 2 and 1, of which 1 in common"),
+        (made([0.1, 0.1], goals_sha256="6" * 64), "of which 0 in common"),
+        (made([0.1, 0.1], scene_sha256="6" * 64), "differ in scene sha256"),
+        (made([0.1, 0.1], trial_steps=20), "differ in trial steps: 10000, 20"),
+        (made([]), "not tested the same goals"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(other: Result, told: str) -> None:
+    with pytest.raises(ResultError, match=told):
+        compare([made([0.1, 0.2])], [other])
+
+
+def test_repeats_must_be_complete() -> None:
+    with pytest.raises(ResultError, match="equally many results"):
+        by_goal([made([0.1]), made([0.2], seed=1), made([0.2], goals_sha256="7" * 64)])
+    with pytest.raises(ResultError, match="none at all"):
+        by_goal([])
