@@ -19,15 +19,15 @@ MAX_COLUMNS = 4  # of pairs of start and goal
 PAPER, INK = "white", "black"
 
 _Retina = NDArray[np.uint8]
-_Box = tuple[int, int, int, int]
+Box = tuple[int, int, int, int]
 
 
 def contact_sheet(goal_set: GoalSet) -> Image.Image:
     """Start and goal of every goal side by side, numbered from 0, in a grid."""
-    box = _box_of_bodies(goal_set)
+    box = box_of_bodies([goal.mask for goal in goal_set.goals])
     pairs = [
         _captioned(
-            [_thumbnail(goal.retina_before, box), _thumbnail(goal.retina, box)],
+            [thumbnail(goal.retina_before, box), thumbnail(goal.retina, box)],
             [f"{index}   {goal.challenge}", "goal"],
         )
         for index, goal in enumerate(goal_set.goals)
@@ -45,9 +45,9 @@ def trial_strip(start: _Retina, goal: _Retina, end: _Retina, title: str) -> Imag
     return _titled(title, _captioned(pictures, ["start", "goal", "end"]))
 
 
-def _box_of_bodies(goal_set: GoalSet) -> _Box:
+def box_of_bodies(masks: Sequence[NDArray[np.int32]]) -> Box:
     """Left, upper, right, lower of the part of the images that shows more than background."""
-    any_body = np.any([goal.mask != NO_BODY for goal in goal_set.goals], axis=0)
+    any_body = np.any([mask != NO_BODY for mask in masks], axis=0)
     height, width = any_body.shape
     rows, columns = np.nonzero(any_body)
     if not rows.size:
@@ -57,7 +57,8 @@ def _box_of_bodies(goal_set: GoalSet) -> _Box:
     return max(0, left), max(0, upper), min(width, right), min(height, lower)
 
 
-def _thumbnail(image: _Retina, box: _Box) -> Image.Image:
+def thumbnail(image: _Retina, box: Box) -> Image.Image:
+    """That part of a camera image, (height, width, 3) uint8, in the width of all thumbnails."""
     shown = Image.fromarray(image).crop(box)
     size = (THUMBNAIL_WIDTH, max(1, round(shown.height * THUMBNAIL_WIDTH / shown.width)))
     return shown.resize(size, Image.Resampling.LANCZOS)

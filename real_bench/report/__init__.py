@@ -1,0 +1,17 @@
+"""A report: one HTML file that holds all there is to show, and works anywhere."""
+
+from real_bench.report.page import Chart, Report, Table, write_report
+from real_bench.report.parts import Played, Tested, read_played, read_tested
+from real_bench.report.pictures import data_uri
+
+__all__ = [
+    "Chart",
+    "Played",
+    "Report",
+    "Table",
+    "Tested",
+    "data_uri",
+    "read_played",
+    "read_tested",
+    "write_report",
+]

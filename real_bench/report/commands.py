@@ -1,0 +1,87 @@
+"""The commands that make a recording or a result again."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from real_bench.errors import ControllerError
+from real_bench.finding import find_controller
+from real_bench.phases.lengths import TRIAL_STEPS
+from real_bench.recording import Header
+from real_bench.scoring.result import Setting
+from real_bench.settings import settings_in_full
+
+UNKNOWN = object()
+
+
+def play_command(header: Header, steps: int, file: str) -> str:
+    """What plays a recording again."""
+    images = ["--images"] if header.images and header.condition.startswith("O") else []
+    return _command(
+        "intrinsic",
+        *_whom(header.controller, header.condition, header.objects, header.scene, header.seed),
+        *(["--steps", str(steps)]),
+        *images,
+        *_settings(header.controller, header.settings),
+        *["--out", file],
+    )
+
+
+def scoring_command(setting: Setting, run: str | None, goals: str | None, file: str) -> str:
+    """What tests again.
+
+    Args:
+        setting: of the result.
+        run: the recording that was learned from, where there is one.
+        goals: the goal set's file; None: the shipped one.
+        file: the result.
+    """
+    shorter = [] if run is None else ["--run-steps", str(setting.run_steps)]
+    options = [
+        *_whom(setting.controller, setting.condition, setting.objects, setting.scene, setting.seed),
+        *([] if run is None else ["--run", run, *shorter]),
+        *([] if goals is None else ["--goals", goals]),
+        *_settings(setting.controller, setting.settings),
+        *["--out", file],
+    ]
+    remark = "" if setting.trial_steps == TRIAL_STEPS else f"  # trials of {setting.trial_steps}"
+    return _command("extrinsic", *options) + remark
+
+
+def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) -> list[str]:
+    told = {"controller": controller, "condition": condition, "objects": objects}
+    return [
+        part
+        for name, value in {**told, "scene": scene, "seed": seed}.items()
+        for part in (f"--{name}", str(value))
+    ]
+
+
+def _settings(controller: str, settings: Mapping[str, Any]) -> list[str]:
+    """Those that are not the controller's defaults; all of them where these are not known."""
+    try:
+        defaults = dict(_flat(settings_in_full(find_controller(controller), controller, {})))
+    except ControllerError:
+        defaults = {}
+    return [
+        part
+        for name, value in _flat(settings)
+        if defaults.get(name, UNKNOWN) != value
+        for part in ("--set", f"{name}={json.dumps(value)}")
+    ]
+
+
+def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Settings by their dotted names."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _command(name: str, *arguments: str) -> str:
+    return shlex.join(["realbench", name, *arguments])

@@ -1,0 +1,151 @@
+"""What a report tells of recordings and results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from real_bench.errors import SceneError
+from real_bench.files import file_sha256
+from real_bench.goal_sets import GoalSet
+from real_bench.goal_sets.picture import box_of_bodies
+from real_bench.recording import Header, Recording
+from real_bench.report.commands import play_command, scoring_command
+from real_bench.report.pictures import ends, films, picture
+from real_bench.scoring.result import Result, TrialResult, load_result
+from real_bench.scoring.summary import ClassSummary
+from real_bench.simulation import Image, load_scene
+
+
+@dataclass(frozen=True)
+class Played:
+    """A recording.
+
+    Attributes:
+        file, sha256: its name, and hash.
+        header: what it takes to redo it.
+        command: what does.
+        steps, actions: how long it is.
+        share_moved: of the actions, moved an object by more than 1 cm; NaN without actions.
+        cuts: at which steps it was cut and went on in a world begun anew.
+    """
+
+    file: str
+    sha256: str
+    header: Header
+    command: str
+    steps: int
+    actions: int
+    share_moved: float
+    cuts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial, with pictures and film as addresses that hold them; None where there is none."""
+
+    result: TrialResult
+    start: str | None
+    goal: str | None
+    end: str | None
+    film: str | None
+
+    @property
+    def distance_cm(self) -> float:
+        """How far an object is from its goal, on average."""
+        return 100 * sum(self.result.distances) / len(self.result.distances)
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A result.
+
+    Attributes:
+        file: its name.
+        result: itself.
+        command: what makes it again.
+        summary: by class, the total last.
+        trials: in the order of goals.
+    """
+
+    file: str
+    result: Result
+    command: str
+    summary: tuple[ClassSummary, ...]
+    trials: tuple[Trial, ...]
+
+
+def read_played(path: Path) -> Played:
+    """Read a recording; raises RecordingError."""
+    with Recording(path) as recording:
+        return Played(
+            file=path.name,
+            sha256=file_sha256(path),
+            header=recording.header,
+            command=play_command(recording.header, recording.total_steps, path.name),
+            steps=recording.n_steps,
+            actions=len(recording.transitions),
+            share_moved=recording.share_moved(),
+            cuts=tuple(recording.cuts),
+        )
+
+
+def read_tested(
+    path: Path,
+    plays: Iterable[Played] = (),
+    goal_sets: Iterable[tuple[str | None, GoalSet]] = (),
+    videos: Path | None = None,
+) -> Tested:
+    """Read a result.
+
+    Args:
+        path: the result.
+        plays: recordings that are at hand; the one that was learned from is told by its hash.
+        goal_sets: that may have been tested, with their files (None: shipped); the same.
+        videos: folder with a film of each trial.
+
+    Raises:
+        ResultError: it is no result, or has no trial.
+    """
+    result = load_result(path)
+    setting = result.setting
+    runs = [play.file for play in plays if play.sha256 == setting.run_sha256]
+    known = [pair for pair in goal_sets if pair[1].sha256 == setting.goals_sha256]
+    run = runs[0] if runs else f"<recording {setting.run_sha256[:12]}>"
+    goals = known[0][0] if known else f"<goals {setting.goals_sha256[:12]}>"
+    return Tested(
+        file=path.name,
+        result=result,
+        command=scoring_command(setting, run if setting.run_sha256 else None, goals, path.name),
+        summary=tuple(result.summary()),
+        trials=tuple(_trials(result, known[0][1] if known else None, videos)),
+    )
+
+
+def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> Iterable[Trial]:
+    goals = [None if goal_set is None else goal_set.goals[trial.goal] for trial in result.trials]
+    last = _ends(result)
+    masks = [image.mask for image in (*goals, *last) if image is not None]
+    box = box_of_bodies(masks) if masks else (0, 0, 0, 0)
+    numbers = [trial.goal for trial in result.trials]
+    for trial, goal, end, film in zip(
+        result.trials, goals, last, films(videos, numbers), strict=True
+    ):
+        yield Trial(
+            result=trial,
+            start=None if goal is None else picture(goal.retina_before, box),
+            goal=None if goal is None else picture(goal.retina, box),
+            end=None if end is None else picture(end.retina, box),
+            film=film,
+        )
+
+
+def _ends(result: Result) -> list[Image] | list[None]:
+    """Images of the ends, where the scene is at hand as it was."""
+    nothing = [None] * len(result.trials)
+    try:
+        scene = load_scene(result.setting.scene)
+    except SceneError:
+        return nothing
+    return list(ends(result, scene)) if scene.sha256 == result.setting.scene_sha256 else nothing
