@@ -18,6 +18,10 @@ AT_ONCE = 64
 """Tasks handed to the scheduler at a time; it passes them on as workers come and go."""
 
 
+class NotWantedError(Exception):
+    """Whoever asked for a task has left."""
+
+
 class Cluster:
     """A Dask cluster; its workers need realbench installed, and controllers that are files.
 
@@ -88,12 +92,16 @@ def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
     from distributed import get_worker
 
     worker = get_worker()
+    key = worker.get_current_task()
     asked = task_from_json(text)
     with tempfile.TemporaryDirectory(prefix="realbench-") as name:
         folder = Path(name)
         task = _moved(asked, contents, folder)
 
         def report(done: int) -> None:
+            known = worker.state.tasks.get(key)
+            if known is None or known.state == "cancelled":
+                raise NotWantedError
             worker.log_event(topic, {"task": asked.name, "done": done})
 
         Processes().do(task, report)

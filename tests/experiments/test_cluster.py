@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -72,10 +72,7 @@ def test_a_worker_that_is_killed_costs_only_its_own_task(
     command = [str(COMMAND), "table", str(path), "--scheduler", cluster.address, "--json"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     victim = cluster.workers[0]
-    end = time.monotonic() + SECONDS
-    while not _children(victim.pid):
-        assert time.monotonic() < end
-        time.sleep(0.02)
+    _until(lambda: _children(victim.pid))
     os.kill(victim.pid, signal.SIGKILL)
     there, told = process.communicate(timeout=300)
     assert process.returncode == 0, told
@@ -87,6 +84,34 @@ def test_a_worker_that_is_killed_costs_only_its_own_task(
         "random-1-seed1.h5",
     }
     assert not {name for name in names if name.startswith(".")}
+
+
+def test_whoever_stops_leaves_no_work_behind(
+    cluster: DaskCluster, write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    cluster.add_worker()
+    path = write_spec(steps=100_000_000)
+    process = subprocess.Popen(
+        [str(COMMAND), "table", str(path), "--scheduler", cluster.address],
+        stderr=subprocess.PIPE,
+        text=True,
+        # a background shell hands down an ignored SIGINT
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    _until(lambda: _children(cluster.workers[0].pid))
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=SECONDS)
+    assert process.returncode == 130, told
+    assert "repeat the command to go on" in told
+    _until(lambda: not _children(cluster.workers[0].pid))
+
+
+def _until(ask: Callable[[], object]) -> None:
+    """Wait until something is so, for a generous while."""
+    end = time.monotonic() + SECONDS
+    while not ask():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 def _children(pid: int) -> list[int]:

@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from real_bench.goal_sets import load_goal_set, save_goal_set
+from real_bench.report import Report, Table, read_played, read_tested
+from real_bench.report.page import render
+from real_bench.scoring.result import load_result
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench, tiny_goals
+from tests.scoring.test_comparison import made
+
+HOSTILE = "<script>alert('x')</script>&\"'"
+CHROMIUM = Path("/usr/bin/chromium")
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Path:
+    """A short play, a test on two goals with films, and an experiment."""
+    folder = tmp_path_factory.mktemp("report")
+    save_goal_set(tiny_goals(builtin_scene), folder / "goals.npy")
+    play = ["--controller", "real_r", "--condition", "OM", "--images", "--scene", "builtin"]
+    realbench(folder, "intrinsic", *play, "--steps", "6000", "--seed", "3")
+    realbench(folder, "extrinsic", "--goals", "goals.npy", "--video", "films")
+    (folder / "mine.yaml").write_text(
+        f'title: "{HOSTILE.replace(chr(34), "")}"\nscene: builtin\nrun: false\n'
+        "goals: {few: {seed: 5, counts: {2D: 2}}}\n"
+        "cells: [{controller: real_r, condition: OM, published: {mean: 0.021}}]\n"
+    )
+    return folder
+
+
+@pytest.fixture(scope="session")
+def page(folder: Path) -> Path:
+    """The report of all of it."""
+    files = ["mine.yaml", "run.h5", "score.json"]
+    options = ["--goals", "goals.npy", "--videos", "films"]
+    realbench(folder, "report", *files, *options)
+    return folder / "report.html"
+
+
+def test_the_commands_in_it_do_the_same_again(folder: Path) -> None:
+    play = read_played(folder / "run.h5")
+    goals = [("goals.npy", load_goal_set(folder / "goals.npy"))]
+    test = read_tested(folder / "score.json", [play], goals)
+    again = folder / "again"
+    again.mkdir()
+    (again / "goals.npy").write_bytes((folder / "goals.npy").read_bytes())
+    for command in (play.command, test.command):
+        realbench(again, *shlex.split(command)[1:])
+    assert load_result(again / "score.json").trials == test.result.trials
+
+
+def test_only_settings_that_are_not_defaults_are_told(tmp_path: Path) -> None:
+    settings = {"abstraction": {"levels": 200}, "planner": {"depth": 4}}
+    made([0.1], controller="real_d", settings=settings).save(tmp_path / "a.json")
+    assert "--set planner.depth=4 " in read_tested(tmp_path / "a.json").command
+    assert "levels" not in read_tested(tmp_path / "a.json").command
+    made([0.1], controller="gone.py", settings=settings).save(tmp_path / "b.json")
+    assert "--set abstraction.levels=200" in read_tested(tmp_path / "b.json").command
+
+
+def test_whatever_is_written_is_text(tmp_path: Path) -> None:
+    fields: dict[str, Any] = {"controller": HOSTILE, "versions": {HOSTILE: HOSTILE}}
+    made([0.1], scene=HOSTILE, **fields).save(tmp_path / "a.json")
+    table = Table(HOSTILE, (HOSTILE,), ((HOSTILE,),), (HOSTILE,), HOSTILE)
+    report = Report(HOSTILE, [table], [], [read_tested(tmp_path / "a.json")], [], [HOSTILE])
+    assert "alert(" in render(report)
+    assert "<script>alert" not in render(report)
+
+
+def test_it_holds_all_that_it_shows(page: Path) -> None:
+    text = page.read_text()
+    assert re.findall(r'(?:src|href)="(?!data:)[^"]*"', text) == []
+    assert re.findall(r"url\(|@import|https?:", text.replace("http://www.w3.org", "")) == []
+    assert text.count("data:image/webp") == 2 * 3
+    assert text.count("data:video/mp4") == 2
+    assert text.count("data:image/svg+xml") >= 3
+
+
+def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
+    done = realbench(folder, "report", "score.json", "--out", tmp_path / "r.html")
+    assert "no pictures of its goals; name its goal set with --goals" in done.stderr
+    assert "no pictures of its goals" in (tmp_path / "r.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("files", "code", "told"),
+    [
+        (["run.h5", "--videos", "films"], 2, "--videos are of one result, not of 0"),
+        (["goals.npy"], 2, "goal set"),
+        (["no.h5"], 1, "does not exist"),
+    ],
+)
+def test_what_cannot_be_reported_is_told(
+    folder: Path, tmp_path: Path, files: list[str], code: int, told: str
+) -> None:
+    done = realbench(folder, "report", *files, "--out", tmp_path / "r.html", code=code)
+    assert told in done.stderr
+    assert not (tmp_path / "r.html").exists()
+
+
+def test_a_report_is_not_overwritten_unasked(folder: Path, page: Path) -> None:
+    done = realbench(folder, "report", "score.json", code=1)
+    assert "report.html exists" in done.stderr
+
+
+@pytest.fixture
+def browser() -> Iterator[Any]:
+    """Headless Chromium, driven by Playwright."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not CHROMIUM.exists():
+        pytest.skip(f"{CHROMIUM} is not installed")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(
+            executable_path=str(CHROMIUM), args=["--no-sandbox", "--disable-gpu"]
+        )
+        yield browser
+        browser.close()
+
+
+@pytest.mark.parametrize("width", [1200, 390])
+def test_a_browser_shows_and_sorts_it(browser: Any, page: Path, width: int) -> None:
+    tab = browser.new_page(viewport={"width": width, "height": 900})
+    told: list[str] = []
+    asked: list[str] = []
+    tab.on("console", lambda message: told.append(message.text))
+    tab.on("pageerror", lambda error: told.append(str(error)))
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto(page.as_uri())
+
+    def scores() -> list[float]:
+        cells = tab.locator('.goals td[data-name="score"]').all_text_contents()
+        return [float(cell) for cell in cells]
+
+    heading = tab.locator(".goals th button", has_text="score")
+    heading.click()
+    assert scores() == sorted(scores())
+    assert tab.locator('.goals th[aria-sort="ascending"]').count() == 1
+    heading.click()
+    assert scores() == sorted(scores(), reverse=True)
+    assert len(set(scores())) == 2
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    tab.evaluate("document.querySelectorAll('img').forEach(image => image.loading = 'eager')")
+    tab.wait_for_function("[...document.images].every(image => image.complete)")
+    assert tab.evaluate("[...document.images].every(image => image.naturalWidth > 0)")
+    assert len(tab.screenshot(full_page=True)) > 20_000
+    assert told == []
+    assert [url for url in asked if not url.startswith(("data:", "file:"))] == []
