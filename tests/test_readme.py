@@ -28,7 +28,14 @@ def test_the_controller_to_begin_with_plays(tmp_path: Path) -> None:
     assert '"triplets": 2' in realbench(tmp_path, "inspect", "run.h5", "--json").stdout
 
 
-@pytest.mark.parametrize("document", ["README.md", "goals/README.md"])
+def test_the_table_of_results_is_what_its_command_prints() -> None:
+    shown = re.search(r"<!-- table -->\n(.*?)\n<!-- end of table -->", README, re.DOTALL)
+    assert shown is not None
+    arguments = ("table", "evaluation/paper.yaml", "--format", "markdown")
+    assert shown[1].strip() == realbench(ROOT, *arguments).stdout.strip()
+
+
+@pytest.mark.parametrize("document", ["README.md", "goals/README.md", "evaluation/README.md"])
 def test_every_file_that_is_named_exists(document: str) -> None:
     text = (ROOT / document).read_text(encoding="utf-8")
     named = re.findall(r"`((?:real_bench|controllers|goals|docs|evaluation)/[\w./-]+)`", text)
