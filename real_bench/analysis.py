@@ -24,6 +24,10 @@ NEAR_M = (0.01, 0.20)
 
 ACTIONS_A_PERIOD = 500
 
+CELL_M = 0.025
+MARGIN_CELLS = 4
+"""How far coverage is counted beyond the region that is asked for."""
+
 
 @dataclass(frozen=True)
 class PairDistances:
@@ -86,6 +90,20 @@ def pair_distances(
     )
 
 
+def planar(
+    positions: Floats, preconditions: NDArray[np.int64], outcomes: NDArray[np.int64]
+) -> Triplets:
+    """The triplets of REAL-D: x, y of each object before and after each action.
+
+    Args:
+        positions: of the objects in m states, (m, n_objects, 3) metres.
+        preconditions: which states the n actions began in, (n,).
+        outcomes: which they led to, (n,).
+    """
+    flat = positions[:, :, :2].reshape(len(positions), 2 * positions.shape[1])
+    return Triplets(flat[preconditions], flat[outcomes])
+
+
 def action_lengths(displacements: Floats) -> Floats:
     """How far the actions that moved something moved it most, sorted, (k,) metres.
 
@@ -101,6 +119,11 @@ def effective_actions(triplets: Triplets, abstraction: DynamicAbstraction) -> ND
     below = abstraction.effective_below(triplets.differences)
     levels = np.arange(abstraction.n_levels)
     return np.asarray((below[:, None] > levels).sum(axis=0), np.int64)
+
+
+def levels_below(abstraction: DynamicAbstraction, length: float) -> NDArray[np.int64]:
+    """At how many levels each variable's threshold is below a length, (V,); these come first."""
+    return np.asarray((abstraction.thresholds < length).sum(axis=0), np.int64)
 
 
 def moves_by_period(displacements: Floats, period: int = ACTIONS_A_PERIOD) -> NDArray[np.int64]:
@@ -137,6 +160,47 @@ def score_by_length(results: Sequence[Result]) -> tuple[NDArray[np.int64], Float
     each = np.unique(lengths)
     means = np.array([scores[lengths == length].mean() for length in each], np.float64)
     return each, means
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """In how many states an object was in each cell of a grid over x and y.
+
+    Attributes:
+        counts: (n_x, n_y).
+        x_edges, y_edges: of the cells, (n_x + 1,) and (n_y + 1,) metres, ascending.
+    """
+
+    counts: NDArray[np.int64]
+    x_edges: Floats
+    y_edges: Floats
+
+    def share_visited(self, low: tuple[float, float], high: tuple[float, float]) -> float:
+        """The share of cells visited of those with their centre in a region, x and y in metres."""
+        centres = [(edges[1:] + edges[:-1]) / 2 for edges in (self.x_edges, self.y_edges)]
+        inside = [
+            (centre > a) & (centre < b) for centre, a, b in zip(centres, low, high, strict=True)
+        ]
+        return float((self.counts[np.ix_(*inside)] > 0).mean())
+
+
+def coverage(positions: Floats, low: tuple[float, float], high: tuple[float, float]) -> Coverage:
+    """Where an object has been; cells are counted from the region's low corner.
+
+    Args:
+        positions: in each state, (m, 2 or 3) metres; states beyond the grid are not counted.
+        low: corner of the region, x and y in metres.
+        high: its other corner; the grid reaches beyond both.
+    """
+    x_edges, y_edges = (_edges(start, end) for start, end in zip(low, high, strict=True))
+    counts = np.histogram2d(positions[:, 0], positions[:, 1], (x_edges, y_edges))[0]
+    return Coverage(counts.astype(np.int64), x_edges, y_edges)
+
+
+def _edges(low: float, high: float) -> Floats:
+    n_cells = round((high - low) / CELL_M)
+    cells = np.arange(-MARGIN_CELLS, n_cells + MARGIN_CELLS + 1)
+    return np.asarray(low + CELL_M * cells, np.float64)
 
 
 def _correlation(a: Floats, b: Floats) -> float:

@@ -95,6 +95,49 @@ def test_effective_actions_are_counted_as_defined(both: NDArray[np.float64]) -> 
         assert count == (triplets.differences > thresholds).any(axis=1).sum()
 
 
+@given(arrays(np.float64, (6, 2), elements=st.floats(0, 0.05)), st.floats(0, 0.05))
+def test_levels_below_a_length_come_first(differences: NDArray[np.float64], length: float) -> None:
+    triplets = Triplets(np.zeros_like(differences), differences)
+    abstraction = DynamicAbstraction.learn(triplets, n_levels=9)
+    for count, thresholds in zip(
+        analysis.levels_below(abstraction, length), abstraction.thresholds.T, strict=True
+    ):
+        assert (thresholds[:count] < length).all()
+        assert (thresholds[count:] >= length).all()
+
+
+def test_planar_triplets_are_x_and_y_of_each_object() -> None:
+    positions = np.arange(18.0).reshape(3, 2, 3)
+    triplets = analysis.planar(positions, np.array([0, 2]), np.array([1, 1]))
+    assert triplets.states.tolist() == [[0, 1, 3, 4], [12, 13, 15, 16]]
+    assert triplets.outcomes.tolist() == [[6, 7, 9, 10]] * 2
+
+
+PLACES = arrays(
+    np.float64, st.tuples(st.integers(0, 30), st.just(2)), elements=st.floats(-0.3, 0.5)
+)
+
+
+@given(PLACES)
+def test_every_state_is_covered_once(positions: NDArray[np.float64]) -> None:
+    low, high = (-0.25, -0.45), (0.25, 0.45)
+    covered = analysis.coverage(positions, low, high)
+    assert covered.counts.shape == (20 + 8, 36 + 8)
+    inside = ((positions >= -0.35) & (positions <= 0.35)).all(axis=1)
+    near = (positions[:, 0] <= 0.35) & (positions[:, 1] <= 0.55)
+    assert covered.counts.sum() == near.sum() >= inside.sum()
+
+
+def test_the_share_visited_is_of_the_cells_in_a_region() -> None:
+    low, high = (0.0, 0.0), (0.05, 0.1)  # 2 x 4 cells
+    covered = analysis.coverage(np.array([[0.01, 0.01], [0.01, 0.02], [0.03, 0.09]]), low, high)
+    assert covered.share_visited(low, high) == 2 / 8
+    assert covered.share_visited(low, (0.025, 0.1)) == 1 / 4
+    outside = analysis.coverage(np.array([[-0.01, 0.05], [7.0, 7.0]]), low, high)
+    assert outside.counts.sum() == 1
+    assert outside.share_visited(low, high) == 0
+
+
 def result(distances: tuple[float, ...], run_steps: int = 0) -> Result:
     setting = Setting(
         condition="IM",

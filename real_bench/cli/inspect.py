@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from real_bench.cli import options
+from real_bench.cli import kinds, options
 
 if TYPE_CHECKING:
     from real_bench.recording import Recording
@@ -26,29 +25,16 @@ Example:
 @options.json_option
 def inspect(file: Path, as_json: bool) -> None:
     """Say what is in a recording (.h5), a goal set (.npy) or a result (.json)."""
-    facts = _describer(file)(file)
+    describe = {
+        kinds.RECORDING: describe_recording,
+        kinds.GOAL_SET: describe_goals,
+        kinds.RESULT: describe_result,
+    }
+    facts = describe[kinds.kind_of(file)](file)
     if as_json:
         click.echo(json.dumps(facts))
     else:
         print_facts(facts)
-
-
-def _describer(file: Path) -> Callable[[Path], dict[str, Any]]:
-    """What describes a file, by its first bytes; by its name where these say nothing."""
-    kinds = {
-        ".h5": (b"\x89HDF", describe_recording),
-        ".npy": (b"\x93NUMPY", describe_goals),
-        ".json": (b"{", describe_result),
-    }
-    if file.is_file():
-        with file.open("rb") as opened:
-            first = opened.read(8)
-        for magic, describe in kinds.values():
-            if first.startswith(magic):
-                return describe
-    if file.suffix not in kinds:
-        raise click.UsageError(f"{file} is no recording, goal set or result")
-    return kinds[file.suffix][1]
 
 
 def describe_recording(path: Path) -> dict[str, Any]:
@@ -79,14 +65,13 @@ def fine_levels(recording: Recording) -> dict[str, int]:
 
     Levels are counted from 0 to 199; -1 where not even the first one is (paper, section Results).
     """
-    from real_bench.real_x import DynamicAbstraction, Triplets
+    from real_bench.analysis import levels_below, planar
+    from real_bench.real_x import DynamicAbstraction
     from real_bench.recording import MOVED_M
 
-    rows, positions = recording.transitions, recording.object_poses[:, :, :2]
-    states, outcomes = positions[rows["precondition"]], positions[rows["outcome"]]
-    n, size = len(rows), 2 * positions.shape[1]
-    triplets = Triplets(states.reshape(n, size), outcomes.reshape(n, size))
-    below = (DynamicAbstraction.learn(triplets).thresholds < MOVED_M).sum(axis=0) - 1
+    rows, positions = recording.transitions, recording.object_poses[:, :, :3]
+    triplets = planar(positions, rows["precondition"], rows["outcome"])
+    below = levels_below(DynamicAbstraction.learn(triplets), MOVED_M) - 1
     names = [f"{name} {axis}" for name in recording.header.object_names for axis in "xy"]
     return dict(zip(names, below.tolist(), strict=True))
 
