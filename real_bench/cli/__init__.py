@@ -18,6 +18,7 @@ COMMANDS = {
     "compare": "compare two sets of scores, goal by goal",
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
     "goals": "make, look at and import goal sets",
+    "figures": "draw the paper's figures from recordings and results",
     "inspect": "say what is in a recording, goal set or result",
     "scene": "install and list scenes",
     "doctor": "check that this machine can run the benchmark",

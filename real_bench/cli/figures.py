@@ -1,0 +1,152 @@
+"""``realbench figures``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from real_bench.cli import kinds, options
+from real_bench.errors import RealBenchError
+
+if TYPE_CHECKING:
+    from real_bench.figures import Asked, Material, Play, Tested
+
+EPILOG = """\b
+Example:
+  realbench figures run.h5 score.json --out figures
+  realbench figures ld-*.h5 ild-*.h5 results/*.json --out figures --overwrite
+  realbench figures run.h5 --set vae.weight=1 --run-steps 2000000 --out early
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("files", type=options.FILE, nargs=-1, required=True)
+@click.option(
+    "--out", type=options.FILE, metavar="DIR", default="figures", show_default=True, help="Folder."
+)
+@click.option(
+    "--settings", "settings_file", type=options.FILE, help="YAML file of how REAL-LD sees."
+)
+@click.option(
+    "--set",
+    "assignments",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="One setting of how REAL-LD sees, as in vae.weight=1; may be repeated.",
+)
+@click.option(
+    "--run-steps", type=int, metavar="N", help="Only each recording's first N steps. [default: all]"
+)
+@click.option(
+    "--seed", type=int, default=0, show_default=True, help="Of learning to see, and of pairs."
+)
+@options.overwrite_option
+@options.json_option
+def figures(
+    files: tuple[Path, ...],
+    out: Path,
+    settings_file: Path | None,
+    assignments: tuple[str, ...],
+    run_steps: int | None,
+    seed: int,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Draw the paper's figures from recordings (.h5) and results (.json), in any order.
+
+    Each figure that the files have the data for becomes a picture (.png), a drawing for print
+    (.svg) and its numbers (.csv); figures.json says what they are of. A recording with images is
+    seen with the weights in it, where REAL-LD or REAL-ILD played; else these are learned now.
+
+    Results must be of the same goals; give the recordings beside them, which alone tell who
+    played what was learned from.
+    """
+    from real_bench.figures import Asked, Material
+    from real_bench.figures.saving import prepare_folder
+    from real_bench.settings import read_settings
+
+    asked = Asked(read_settings(settings_file, assignments), seed, run_steps)
+    recordings, results = _sorted(files)
+    tested = _read_results(results)
+    prepare_folder(out, overwrite=overwrite)
+    material = Material(_read_recordings(recordings, asked), tested)
+    summary = _draw_all(material, asked, out)
+    if as_json:
+        click.echo(json.dumps(summary))
+    else:
+        _report(summary, out)
+
+
+def _sorted(files: Sequence[Path]) -> tuple[list[Path], list[Path]]:
+    """Recordings, and results; each file once."""
+    found: dict[str, list[Path]] = {kinds.RECORDING: [], kinds.RESULT: []}
+    for file in {file.resolve(): file for file in files}.values():
+        kind = kinds.kind_of(file)
+        if kind not in found:
+            raise click.UsageError(f"{file} is a {kind}: figures are of recordings and results")
+        found[kind].append(file)
+    return found[kinds.RECORDING], found[kinds.RESULT]
+
+
+def _read_results(files: Sequence[Path]) -> tuple[Tested, ...]:
+    """The complete ones, which must be of the same goals."""
+    from real_bench.figures import check_same_goals, read_tested
+
+    tested = [read_tested(file) for file in files]
+    for one in tested:
+        if not one.result.is_complete:
+            done = f"{len(one.result.trials)} of {one.result.setting.n_goals} trials"
+            click.echo(f"{one.file} is not used: it has {done}", err=True)
+    complete = tuple(one for one in tested if one.result.is_complete)
+    check_same_goals(complete)
+    return complete
+
+
+def _read_recordings(files: Sequence[Path], asked: Asked) -> tuple[Play, ...]:
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.figures import play_labels, read_play
+
+    plays = []
+    labels = play_labels(files)
+    with ProgressDisplay("reading recordings", "recordings", len(files)) as display:
+        for number, (file, label) in enumerate(zip(files, labels, strict=True)):
+            display.update(number, file.name)
+            plays.append(read_play(file, label, asked))
+    return tuple(plays)
+
+
+def _draw_all(material: Material, asked: Asked, out: Path) -> dict[str, Any]:
+    """Draw and write what can be drawn, and last of all the summary of it."""
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.figures import FIGURES, facts
+    from real_bench.figures.saving import remove_drawing, save_drawing, save_summary
+
+    drawings = {kind.name: kind.draw(material) for kind in FIGURES}
+    if not any(drawings.values()):
+        raise RealBenchError("nothing can be drawn: there is no whole action and no whole result")
+    with ProgressDisplay("drawing", "figures", len(FIGURES)) as display:
+        for number, (name, drawing) in enumerate(drawings.items()):
+            display.update(number, name)
+            if drawing is None:
+                remove_drawing(out, name)
+            else:
+                save_drawing(out, name, drawing)
+    summary = {
+        "drawn": {kind.name: kind.shows for kind in FIGURES if drawings[kind.name]},
+        "not_drawn": {kind.name: kind.needs for kind in FIGURES if not drawings[kind.name]},
+        **facts(material, asked),
+    }
+    save_summary(out, summary)
+    return summary
+
+
+def _report(summary: dict[str, Any], out: Path) -> None:
+    """Say what was drawn, and for each figure that was not what it needs."""
+    for name in summary["drawn"]:
+        click.echo(f"{name}: {out / name}.png, .svg, .csv")
+    for name, needs in summary["not_drawn"].items():
+        click.echo(f"{name}: not drawn, it needs {needs}")

@@ -1,0 +1,28 @@
+"""The paper's figures (section Results), from recordings and results.
+
+Each file draws one figure: what was recorded goes in, a drawing with its numbers comes out.
+``registry.FIGURES`` names them all; nothing is written but by ``saving``.
+"""
+
+from real_bench.figures.drawing import Drawing, Numbers
+from real_bench.figures.facts import facts
+from real_bench.figures.material import Material
+from real_bench.figures.played import Asked, Play, play_labels, read_play
+from real_bench.figures.registry import FIGURES, FigureKind
+from real_bench.figures.tested import Tested, check_same_goals, read_tested
+
+__all__ = [
+    "FIGURES",
+    "Asked",
+    "Drawing",
+    "FigureKind",
+    "Material",
+    "Numbers",
+    "Play",
+    "Tested",
+    "check_same_goals",
+    "facts",
+    "play_labels",
+    "read_play",
+    "read_tested",
+]

@@ -1,0 +1,33 @@
+"""What recordings and results are called in figures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+
+def shown(controller: str) -> str:
+    """A controller's name as the paper writes it; of one in a file its class, or the file."""
+    target, _, class_name = controller.partition(":")
+    if class_name:
+        return class_name
+    if target.endswith(".py"):
+        return Path(target).stem
+    return target.upper().replace("_", "-") if target.startswith("real_") else target
+
+
+def distinct(labels: Sequence[str], *details: Sequence[str]) -> list[str]:
+    """Labels made longer, detail by detail, where they are not the only one of their kind.
+
+    Args:
+        labels: of n things.
+        details: each with one text for each of the n things.
+    """
+    for detail in details:
+        count = Counter(labels)
+        labels = [
+            f"{label}{more}" if count[label] > 1 else label
+            for label, more in zip(labels, detail, strict=True)
+        ]
+    return list(labels)

@@ -1,0 +1,141 @@
+"""A recording as the arrays that figures are drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.analysis import planar
+from real_bench.conditions import Condition
+from real_bench.errors import RecordingError, SceneError
+from real_bench.figures.labels import distinct, shown
+from real_bench.figures.seen import Sight, see, sight_settings
+from real_bench.files import file_sha256
+from real_bench.real_x import DynamicAbstraction, Triplets
+from real_bench.real_x.home import plannable
+from real_bench.recording import Experience, Header, Recording
+from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the user may choose.
+
+    Attributes:
+        settings: values for how REAL-LD sees and abstracts; defaults where they are silent.
+        seed: of learning to see, and of the pairs whose distances are compared.
+        run_steps: how many of each recording's first steps count; None: all.
+
+    Raises:
+        RealBenchError: one of them is not valid.
+    """
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
+    run_steps: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.settings:
+            sight_settings(self.settings)
+        if not 0 <= self.seed < 2**63:
+            raise RecordingError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
+        if self.run_steps is not None and self.run_steps < 1:
+            raise RecordingError(f"--run-steps must be at least 1, not {self.run_steps}")
+
+
+@dataclass(frozen=True)
+class Play:
+    """One recording, or its first steps; n actions, of which k can be planned with.
+
+    Attributes:
+        label: what it is called in figures.
+        file, sha256: the recording's name, and hash.
+        header: what it takes to redo it.
+        ended_at: after how many steps each action ended, (n,).
+        displacements: how far each action moved each object, (n, n_objects) metres.
+        positions: of the objects in every state, (m, n_objects, 3) metres.
+        places: x, y of the objects before and after the k actions: what REAL-D plans with.
+        sight: what REAL-LD makes of the images; None without images, or with too few.
+        levels: of abstraction.
+        region: where goals are drawn in its scene; None where its manifest is not at hand.
+    """
+
+    label: str
+    file: str
+    sha256: str
+    header: Header
+    ended_at: NDArray[np.int64]
+    displacements: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    places: Triplets
+    sight: Sight | None
+    levels: int
+    region: GoalRegion | None
+
+    def abstraction(self, triplets: Triplets) -> DynamicAbstraction:
+        """The levels of abstraction of its places, or codes."""
+        return DynamicAbstraction.learn(triplets, self.levels)
+
+
+def play_labels(paths: Sequence[Path]) -> list[str]:
+    """What recordings are called: by whom and how they were played, and what else it takes."""
+    headers = []
+    for path in paths:
+        with Recording(path) as recording:
+            headers.append(recording.header)
+    return distinct(
+        [_name(header) for header in headers],
+        [f", seed {header.seed}" for header in headers],
+        [f" ({path.stem})" for path in paths],
+        [f" ({path})" for path in paths],
+    )
+
+
+def read_play(path: Path, label: str, asked: Asked) -> Play:
+    """Read a recording; learns to see where it has images, and no weights that fit.
+
+    Raises:
+        RecordingError: it cannot be read, or has fewer steps than asked for.
+        RealBenchError: it cannot be learned from.
+    """
+    with Recording(path) as recording:
+        if asked.run_steps is not None and asked.run_steps > recording.n_steps:
+            raise RecordingError(
+                f"{path} has {recording.n_steps:,} steps, {asked.run_steps:,} were asked for"
+            )
+        header = recording.header
+        condition = Condition("I", Condition.parse(header.condition).control)
+        experience = Experience(path, condition, asked.run_steps)
+        rows, kept = recording.transitions[: len(experience)], plannable(experience)
+        positions = recording.object_poses[: experience.n_states, :, :3]
+        before, after = experience.preconditions[kept], experience.outcomes[kept]
+        return Play(
+            label=label,
+            file=path.name,
+            sha256=file_sha256(path),
+            header=header,
+            ended_at=rows["first_step"] + rows["n_steps"],
+            displacements=recording.displacements()[: len(experience)],
+            positions=positions,
+            places=planar(positions, before, after),
+            sight=see(recording, experience, kept, positions, asked.settings, asked.seed),
+            levels=sight_settings(asked.settings).abstraction.levels,
+            region=_region(header),
+        )
+
+
+def _name(header: Header) -> str:
+    objects = "" if header.objects == 1 else f", {header.objects} objects"
+    return f"{shown(header.controller)} {header.condition}{objects}"
+
+
+def _region(header: Header) -> GoalRegion | None:
+    try:
+        return read_manifest(manifest_path(header.scene_source)).goals
+    except SceneError:
+        return None

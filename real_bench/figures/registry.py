@@ -1,0 +1,93 @@
+"""All figures, in the paper's order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from real_bench.figures import (
+    action_lengths,
+    coverage,
+    displacements,
+    effective_actions,
+    latent_distances,
+    score_by_goal,
+    score_by_length,
+)
+from real_bench.figures.drawing import Drawing
+from real_bench.figures.material import Material
+
+
+@dataclass(frozen=True)
+class FigureKind:
+    """One figure of the paper.
+
+    Attributes:
+        name: also that of its files.
+        shows: what it shows, as a caption.
+        needs: without what it cannot be drawn.
+        draw: draws it, or gives None where that is missing.
+    """
+
+    name: str
+    shows: str
+    needs: str
+    draw: Callable[[Material], Drawing | None]
+
+
+IMAGES = "a recording with images (realbench intrinsic --images) and two actions to plan with"
+RESULTS = "results of complete tests (realbench extrinsic)"
+
+FIGURES = (
+    FigureKind(
+        "effective-actions",
+        "REAL-D: how many actions are effective at each level of abstraction, and how far apart "
+        "two states must be there to count as different",
+        "a recording with a whole action",
+        effective_actions.of_positions,
+    ),
+    FigureKind(
+        "effective-actions-latent",
+        "REAL-LD: how many actions are effective at each level of abstraction",
+        IMAGES,
+        effective_actions.of_codes,
+    ),
+    FigureKind(
+        "latent-distances",
+        "Distance of pairs of states in latent and in real space",
+        IMAGES,
+        latent_distances.of_all,
+    ),
+    FigureKind(
+        "latent-distances-near",
+        "Distance of pairs of states in latent and in real space, from 1 to 20 cm",
+        f"{IMAGES}, in which objects were 1 to 20 cm apart",
+        latent_distances.of_near,
+    ),
+    FigureKind(
+        "action-lengths",
+        "How far actions move objects",
+        "a recording in which an action moved an object by more than 1 cm",
+        action_lengths.draw,
+    ),
+    FigureKind("score-by-goal", "Score of each goal", RESULTS, score_by_goal.draw),
+    FigureKind(
+        "displacements",
+        "Actions that moved an object by more than 1 cm, along the intrinsic phase",
+        "a recording with an action",
+        displacements.draw,
+    ),
+    FigureKind(
+        "score-by-length",
+        "Score after intrinsic phases of different lengths",
+        "results of one controller after different lengths of play "
+        "(realbench extrinsic --run-steps)",
+        score_by_length.draw,
+    ),
+    FigureKind(
+        "coverage",
+        "Where objects have been between actions, on the table and on the shelf",
+        "a recording whose scene's manifest is at hand",
+        coverage.draw,
+    ),
+)

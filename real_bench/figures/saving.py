@@ -1,0 +1,56 @@
+"""Write figures into a folder: a picture, a drawing for print, and the numbers, for each."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from real_bench.figures.drawing import Drawing
+from real_bench.figures.registry import FIGURES
+from real_bench.files import OutputError, check_output, write_whole
+
+SUFFIXES = (".png", ".svg", ".csv")
+SUMMARY = "figures.json"
+
+
+def prepare_folder(folder: Path, *, overwrite: bool) -> None:
+    """Make the folder, and find out before any work is done whether it can be written.
+
+    Raises:
+        OutputError: it holds figures that must not be overwritten, or cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write into {folder}: {error.strerror}") from error
+    for path in (
+        folder / SUMMARY,
+        *(path for kind in FIGURES for path in paths(folder, kind.name)),
+    ):
+        check_output(path, overwrite=overwrite)
+
+
+def paths(folder: Path, name: str) -> list[Path]:
+    """The files of one figure."""
+    return [folder / f"{name}{suffix}" for suffix in SUFFIXES]
+
+
+def save_drawing(folder: Path, name: str, drawing: Drawing) -> None:
+    """Write a figure's files; each appears whole."""
+    contents = (drawing.png(), drawing.svg(), drawing.numbers.csv())
+    for path, content in zip(paths(folder, name), contents, strict=True):
+        write_whole(path, content)
+
+
+def remove_drawing(folder: Path, name: str) -> None:
+    """Remove what an earlier call has left of a figure that is not drawn now."""
+    for path in paths(folder, name):
+        path.unlink(missing_ok=True)
+
+
+def save_summary(folder: Path, facts: Mapping[str, Any]) -> None:
+    """Write what the figures are of, and their single numbers."""
+    text = json.dumps(facts, indent=1, allow_nan=False)
+    write_whole(folder / SUMMARY, (text + "\n").encode())

@@ -1,0 +1,104 @@
+"""The score of each goal (paper, fig. REAL-RM-scores and REAL-RJ-scores)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from real_bench.analysis import Floats
+from real_bench.figures import style
+from real_bench.figures.drawing import Column, Drawing, Numbers
+from real_bench.goal_sets.goal import CHALLENGES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from real_bench.figures.material import Material
+    from real_bench.figures.tested import Series
+
+PANEL_HEIGHT_CM = 4.4
+SPREAD = 0.5
+"""How much of a goal's place on the x axis its scores take."""
+
+
+def draw(material: Material) -> Drawing | None:
+    """A panel a controller, its conditions side by side; after the longest play of each."""
+    shown = _longest(material.series)
+    if not shown:
+        return None
+    trials = shown[0].results[0].trials
+    order = sorted(
+        range(len(trials)), key=lambda i: (CHALLENGES.index(trials[i].challenge), trials[i].goal)
+    )
+    goals = [trials[i].goal for i in order]
+    classes = [trials[i].challenge for i in order]
+    controllers = list(dict.fromkeys(one.controller for one in shown))
+    conditions = sorted({one.condition for one in shown})
+    tables = []
+    with style.in_style():
+        figure, axes = style.rows(len(controllers), PANEL_HEIGHT_CM)
+        for panel, controller in zip(axes, controllers, strict=True):
+            panel.set_title(controller, loc="left")
+            own = [one for one in shown if one.controller == controller]
+            for number, one in enumerate(own):
+                x = np.arange(0.0, len(goals)) + SPREAD * ((number + 0.5) / len(own) - 0.5)
+                scores = one.by_goal[order]
+                _draw(panel, x, scores, one, style.sign(conditions.index(one.condition)))
+                tables.append(_rows(one, goals, classes, scores))
+            panel.legend(
+                loc="lower right",
+                bbox_to_anchor=(1, 1),
+                borderaxespad=0.2,
+                ncols=len(own),
+                handlelength=1,
+            )
+            panel.set_ylim(0, 1.12 * shown[0].results[0].setting.objects)
+            _divide(panel, goals, classes)
+        axes[-1].set_xlabel("goal")
+    return Drawing(figure, Numbers.stacked(tables))
+
+
+def _longest(series: Sequence[Series]) -> list[Series]:
+    """Of tests that differ only in the length of play, that after the longest."""
+    longest: dict[tuple[str, str], Series] = {}
+    for one in sorted(series, key=lambda one: one.run_steps):
+        longest[one.controller, one.condition] = one
+    return [one for one in series if one is longest[one.controller, one.condition]]
+
+
+def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, sign: style.Sign) -> None:
+    runs = len(one.results)
+    told = f"{one.condition}: mean {scores.mean():.3f}, {runs} run{'s' * (runs > 1)}"
+    panel.vlines(x, 0, scores, color=sign.colour, linewidth=0.8)
+    panel.plot(x, scores, sign.marker, color=sign.colour, label=told, clip_on=False, zorder=3)
+    panel.set_ylabel("score")
+
+
+def _divide(panel: Axes, goals: Sequence[int], classes: Sequence[str]) -> None:
+    """Set the classes apart, and name them."""
+    begin = 0
+    for number, (challenge, members) in enumerate(groupby(classes)):
+        end = begin + len(list(members))
+        if number % 2:
+            panel.axvspan(begin - 0.5, end - 0.5, color="0.92", linewidth=0, zorder=0)
+        middle, above = (begin + end - 1) / 2, panel.get_ylim()[1] * 0.97
+        panel.text(middle, above, challenge, ha="center", va="top")
+        begin = end
+    ticks = range(0, len(goals), 5)
+    panel.set_xticks(ticks, [str(goals[i]) for i in ticks])
+    panel.set_xlim(-0.75, len(goals) - 0.25)
+
+
+def _rows(
+    one: Series, goals: Sequence[int], classes: Sequence[str], scores: Floats
+) -> tuple[dict[str, str | int], dict[str, Column]]:
+    same: dict[str, str | int] = {
+        "controller": one.controller,
+        "condition": one.condition,
+        "run_steps": one.run_steps,
+        "runs": len(one.results),
+    }
+    return same, {"goal": goals, "class": classes, "score": scores}

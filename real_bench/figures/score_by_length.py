@@ -1,0 +1,73 @@
+"""Score against the length of the intrinsic phase (paper, fig. real-score-over-time)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from real_bench.analysis import score_by_length
+from real_bench.figures import style
+from real_bench.figures.drawing import Column, Drawing, Numbers
+from real_bench.scoring.statistics import mean_interval
+
+if TYPE_CHECKING:
+    from real_bench.figures.material import Material
+    from real_bench.figures.tested import Series
+
+HEIGHT_CM = 5.6
+
+
+def draw(material: Material) -> Drawing | None:
+    """A line a controller and condition that was tested after different lengths of play.
+
+    Bars are 95% intervals of the mean over the goals.
+    """
+    lines: dict[tuple[str, str], list[Series]] = {}
+    for one in sorted(material.series, key=lambda one: one.run_steps):
+        lines.setdefault((one.controller, one.condition), []).append(one)
+    lines = {who: tests for who, tests in lines.items() if len(tests) > 1}
+    if not lines:
+        return None
+    tables = []
+    with style.in_style():
+        figure, (panel,) = style.panels(1, HEIGHT_CM)
+        bars = []
+        for number, ((controller, condition), tests) in enumerate(lines.items()):
+            rows, sign = _rows(tests), style.sign(number)
+            steps = np.asarray(rows["run_steps"]) / style.MILLION
+            means = np.asarray(rows["score"])
+            bar = panel.errorbar(
+                steps,
+                means,
+                [means - rows["interval_low"], rows["interval_high"] - means],
+                fmt=sign.line + sign.marker,
+                color=sign.colour,
+                capsize=2,
+                elinewidth=0.8,
+                label=f"{controller} {condition}",
+            )
+            bars.append(bar)
+            tables.append(({"controller": controller, "condition": condition}, rows))
+        panel.set_xlabel("length of the intrinsic phase (million steps)")
+        panel.set_ylabel("score (mean, 95% interval)")
+        panel.set_xlim(
+            0,
+            1.05 * max(one.run_steps for tests in lines.values() for one in tests) / style.MILLION,
+        )
+        panel.set_ylim(bottom=0)
+        style.legend_below(figure, bars)
+    return Drawing(figure, Numbers.stacked(tables))
+
+
+def _rows(tests: list[Series]) -> dict[str, Column]:
+    """One row a length."""
+    lengths, means = score_by_length([result for test in tests for result in test.results])
+    intervals = [mean_interval(test.by_goal) for test in tests]
+    return {
+        "run_steps": lengths,
+        "runs": [len(test.results) for test in tests],
+        "score": means,
+        "interval_low": [i.low if i else mean for i, mean in zip(intervals, means, strict=True)],
+        "interval_high": [i.high if i else mean for i, mean in zip(intervals, means, strict=True)],
+    }

@@ -1,0 +1,147 @@
+"""How all figures look: sizes for print, and signs that need no colour to be told apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CM = 1 / 2.54
+COLUMN_CM, PAGE_CM = 8.5, 17.5
+"""Width of a column and of a page of print."""
+
+DOTS_AN_INCH = 200
+
+MILLION = 1_000_000
+"""Steps are counted in millions on axes."""
+
+BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, BLACK = (  # Okabe and Ito's, without the pale yellow
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#56B4E9",
+    "#E69F00",
+    "#000000",
+)
+GREY = "#767676"
+HEAT = "viridis"
+"""A map of colours that grows lighter all the way, for the colour-blind and for grey print."""
+
+ROOM_FOR_LETTERS = 20
+"""How long a text may be for two of them to stand in a legend as wide as a column."""
+
+LEGEND_ROW_CM, X_LABEL_CM = 0.48, 0.9
+
+_COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, BLACK)
+_LINES = ("-", "--", ":", "-.")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+_SETTINGS: dict[Any, Any] = {
+    "figure.dpi": DOTS_AN_INCH,
+    "savefig.dpi": "figure",
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "figure.titlesize": 9,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 3.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "legend.columnspacing": 1.2,
+    "figure.constrained_layout.h_pad": 0.04,
+    "figure.constrained_layout.w_pad": 0.04,
+    "svg.hashsalt": "realbench",
+}
+
+
+@dataclass(frozen=True)
+class Sign:
+    """How one of several lines is drawn."""
+
+    colour: str
+    line: str
+    marker: str
+
+
+def sign(number: int) -> Sign:
+    """The sign of the number-th line; no two of the first 28 are the same."""
+    return Sign(
+        _COLOURS[number % len(_COLOURS)],
+        _LINES[number % len(_LINES)],
+        _MARKERS[number % len(_MARKERS)],
+    )
+
+
+@contextmanager
+def in_style() -> Iterator[None]:
+    """Draw in our style whatever the user has set for matplotlib, and leave that as it was."""
+    import matplotlib as mpl
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_SETTINGS)
+        yield
+
+
+def panels(count: int, height_cm: float, **options: Any) -> tuple[Figure, list[Axes]]:
+    """A figure of so many panels: one fits a column of print, more fill a page, two a row.
+
+    Args:
+        count: of panels.
+        height_cm: of a panel.
+        options: of ``Figure.subplots``.
+    """
+    from matplotlib.figure import Figure
+
+    n_columns = min(count, 2)
+    n_rows = math.ceil(count / n_columns)
+    width = COLUMN_CM if count == 1 else PAGE_CM
+    figure = Figure(figsize=(width * CM, n_rows * height_cm * CM), layout="constrained")
+    axes = figure.subplots(n_rows, n_columns, squeeze=False, **options).ravel().tolist()
+    for spare in axes[count:]:
+        spare.set_axis_off()
+    return figure, axes[:count]
+
+
+def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
+    """One legend for all panels, for which the figure grows."""
+    n_columns = 2 if figure.get_figwidth() < PAGE_CM * CM else 4
+    if max(len(str(handle.get_label())) for handle in handles) > ROOM_FOR_LETTERS:
+        n_columns //= 2
+    n_rows = math.ceil(len(handles) / n_columns)
+    figure.set_figheight(figure.get_figheight() + n_rows * LEGEND_ROW_CM * CM)
+    figure.legend(handles=handles, loc="outside lower center", ncols=n_columns)
+
+
+def heat_bar(figure: Figure, drawn: Any, **options: Any) -> None:
+    """What the colours of counts mean; ``options`` are those of ``Figure.colorbar``.
+
+    Its numbers are written out: exponents would be too small to read in print.
+    """
+    from matplotlib.ticker import NullFormatter
+
+    bar = figure.colorbar(drawn, format="{x:,.0f}", **options)
+    bar.ax.yaxis.set_minor_formatter(NullFormatter())
+    bar.ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def rows(count: int, height_cm: float) -> tuple[Figure, list[Axes]]:
+    """A figure of so many panels one below the other, as wide as a page, with one x axis."""
+    from matplotlib.figure import Figure
+
+    size = (PAGE_CM * CM, (count * height_cm + X_LABEL_CM) * CM)
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(count, 1, squeeze=False, sharex=True).ravel().tolist()

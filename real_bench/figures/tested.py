@@ -1,0 +1,154 @@
+"""Results as figures compare them: repetitions of one test together, different tests apart."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.analysis import scores_by_goal
+from real_bench.errors import ResultError
+from real_bench.figures.labels import shown
+from real_bench.files import file_sha256
+from real_bench.scoring.result import Result, Setting, load_result
+
+RANDOM_EXPLORERS = ("real_r", "real_t", "real_d", "real_ld")
+"""These play alike: one exploration serves them all."""
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One result.
+
+    Attributes:
+        file, sha256: its file's name, and hash.
+        result: the result.
+    """
+
+    file: str
+    sha256: str
+    result: Result
+
+
+@dataclass(frozen=True)
+class Series:
+    """Results of one test repeated: only the recordings and seeds may differ.
+
+    Attributes:
+        controller: what it is called in figures.
+        condition: two letters, as in the paper.
+        run_steps: the length of play before the test.
+        results: at least one.
+    """
+
+    controller: str
+    condition: str
+    run_steps: int
+    results: tuple[Result, ...]
+
+    @property
+    def by_goal(self) -> NDArray[np.float64]:
+        """The mean score of each goal, (n_goals,)."""
+        return scores_by_goal(self.results)[1]
+
+
+def read_tested(path: Path) -> Tested:
+    """Read a result; raises ResultError."""
+    return Tested(path.name, file_sha256(path), load_result(path))
+
+
+def check_same_goals(tested: Sequence[Tested]) -> None:
+    """Raise ResultError, naming two files, where results are not of the same trials."""
+    for one in tested[1:]:
+        mine, first = _trials(one.result), _trials(tested[0].result)
+        if mine != first:
+            raise ResultError(
+                "results of different goals cannot be drawn together: "
+                f"{tested[0].file} is of {_told(first)}, {one.file} of {_told(mine)}"
+            )
+
+
+def series(tested: Sequence[Tested], explorers: Mapping[str, str]) -> list[Series]:
+    """Results by controller and settings, condition, and length of play; in the order given.
+
+    Other code of the same name is another controller; so is one that learned from what a curious
+    controller played, where that is known.
+
+    Args:
+        tested: the results.
+        explorers: who played the recordings that are at hand, by their hash.
+    """
+    groups: dict[_Test, list[Result]] = {}
+    for one in tested:
+        groups.setdefault(_Test.of(one.result.setting, explorers), []).append(one.result)
+    return [
+        Series(_label(test, list(groups)), test.condition, test.run_steps, tuple(results))
+        for test, results in groups.items()
+    ]
+
+
+@dataclass(frozen=True)
+class _Test:
+    """What repetitions of a test have in common; settings are JSON."""
+
+    name: str
+    settings: str
+    code: str
+    condition: str
+    run_steps: int
+
+    @classmethod
+    def of(cls, setting: Setting, explorers: Mapping[str, str]) -> _Test:
+        player = explorers.get(setting.run_sha256, "")
+        curious = player not in ("", setting.controller, *RANDOM_EXPLORERS)
+        return cls(
+            shown(setting.controller) + (f", play of {shown(player)}" if curious else ""),
+            json.dumps(setting.settings, sort_keys=True),
+            setting.controller_sha256,
+            setting.condition,
+            setting.run_steps,
+        )
+
+    @property
+    def told_settings(self) -> list[str]:
+        """Each setting, by its dotted name."""
+        return [f"{name}={value}" for name, value in _flat(json.loads(self.settings))]
+
+
+def _label(test: _Test, tests: Sequence[_Test]) -> str:
+    """What a test's controller is called: with settings and code where others' differ."""
+    alike = [other for other in tests if other.name == test.name]
+    others = [other.told_settings for other in alike]
+    telling = [told for told in test.told_settings if not all(told in other for other in others)]
+    same = [
+        other
+        for other in alike
+        if (other.settings, other.condition) == (test.settings, test.condition)
+    ]
+    code = f"code {test.code[:6]}" if len({other.code for other in same}) > 1 else ""
+    return ", ".join(filter(None, (test.name, *telling, code)))
+
+
+def _trials(result: Result) -> tuple[str, int, tuple[int, ...]]:
+    setting = result.setting
+    goals = tuple(trial.goal for trial in result.trials)
+    return setting.goals_sha256, setting.trial_steps, goals
+
+
+def _told(trials: tuple[str, int, tuple[int, ...]]) -> str:
+    goals_sha256, steps, goals = trials
+    return f"{len(goals)} goals of set {goals_sha256[:8]}, {steps:,} steps each"
+
+
+def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Settings by their dotted names."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value

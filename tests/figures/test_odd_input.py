@@ -1,0 +1,143 @@
+"""Recordings and results from which not everything can be drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from real_bench.errors import RealBenchError
+from real_bench.figures import (
+    FIGURES,
+    Asked,
+    Material,
+    check_same_goals,
+    play_labels,
+    read_play,
+    read_tested,
+)
+from tests.figures.bench import ASKED, FEW_STEPS, Test, made_up, only, read, reread
+
+ALL = {kind.name for kind in FIGURES}
+LATENT = {"effective-actions-latent", "latent-distances", "latent-distances-near"}
+SCORES = {"score-by-goal", "score-by-length"}
+
+
+def drawn(material: Material) -> set[str]:
+    return {kind.name for kind in FIGURES if kind.draw(material) is not None}
+
+
+def test_all_is_drawn_where_all_is_there(material: Material) -> None:
+    assert drawn(Material(only(material, "pushed").plays, material.tested)) == ALL
+
+
+@pytest.mark.parametrize("name", ["one", "two"])
+def test_without_images_positions_are_drawn(material: Material, name: str) -> None:
+    assert drawn(only(material, name)) == ALL - LATENT - SCORES
+
+
+def test_where_nothing_moved_no_lengths_are_drawn(material: Material) -> None:
+    (still,) = only(material, "still").plays
+    nothing = replace(still, displacements=np.zeros_like(still.displacements))
+    assert "action-lengths" not in drawn(Material((nothing,)))
+
+
+def test_pairs_that_are_all_alike_have_no_correlation(material: Material) -> None:
+    (still,) = only(material, "still").plays
+    assert still.sight is not None
+    alike = replace(still.sight.pairs, real=np.zeros_like(still.sight.pairs.real))
+    nothing = Material((replace(still, sight=replace(still.sight, pairs=alike)),))
+    assert drawn(nothing) & LATENT == LATENT - {"latent-distances-near"}
+
+
+def test_without_a_whole_action_nothing_is_drawn(folder: Path) -> None:
+    plays = read(folder / "pushed.h5", asked=Asked(FEW_STEPS, run_steps=999))
+    assert drawn(Material(plays)) == set()
+
+
+def test_only_the_first_steps_count(folder: Path, material: Material) -> None:
+    (short,) = read(folder / "two.h5", asked=Asked(run_steps=2000))
+    (whole,) = only(material, "two").plays
+    assert short.ended_at.tolist() == whole.ended_at[: len(short.ended_at)].tolist()
+    assert len(short.ended_at) == len(short.displacements) < len(whole.ended_at)
+
+
+def test_a_scene_that_is_gone_takes_only_coverage_with_it(material: Material) -> None:
+    (pushed,) = only(material, "pushed").plays
+    assert drawn(Material((replace(pushed, region=None),))) == ALL - SCORES - {"coverage"}
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"settings": {"vae": {"wait": 1}}}, r"bad settings: vae.wait.*vae.weight=1000"),
+        ({"seed": -1}, "--seed must be 0 to 2\\*\\*63 - 1, not -1"),
+        ({"run_steps": 0}, "--run-steps must be at least 1, not 0"),
+    ],
+)
+def test_what_cannot_be_asked(asked: dict[str, object], message: str) -> None:
+    with pytest.raises(RealBenchError, match=message):
+        Asked(**asked)  # type: ignore[arg-type]
+
+
+def test_more_steps_than_there_are(folder: Path) -> None:
+    with pytest.raises(RealBenchError, match=r"one.h5 has 1,000 steps, 1,001 were asked for"):
+        read_play(folder / "one.h5", "one", Asked(run_steps=1001))
+
+
+def test_results_of_other_goals_are_refused(tmp_path: Path) -> None:
+    one, other = made_up(Test(), [0.1, 0.2]), made_up(Test(goals="7" * 64), [0.1, 0.2])
+    for tested in (reread(tmp_path, one, other), reread(tmp_path, one, made_up(Test(), [0.1]))):
+        with pytest.raises(RealBenchError, match=r"result-0.json is of 2 goals of set 44444444"):
+            check_same_goals(tested)
+    check_same_goals(reread(tmp_path, one, one))
+    check_same_goals(())
+
+
+def test_labels_say_what_tells_recordings_apart(folder: Path) -> None:
+    paths = [folder / f"{name}.h5" for name in ("pushed", "one", "two", "learned")]
+    assert play_labels(paths) == [
+        "pusher OM, seed 0 (pushed)",
+        "pusher OM, seed 0 (one)",
+        "REAL-R OM, 2 objects",
+        "REAL-LD IM",
+    ]
+    assert play_labels(paths[:1]) == ["pusher OM"]
+    assert str(paths[0]) in play_labels([paths[0], paths[0]])[1]
+
+
+def test_tests_are_told_apart_by_what_differs(tmp_path: Path) -> None:
+    results = reread(
+        tmp_path,
+        made_up(Test(), [0.1], vae={"weight": 1, "steps": 9}),
+        made_up(Test(), [0.1], vae={"weight": 2, "steps": 9}),
+        made_up(Test("real_d"), [0.1]),
+        made_up(Test("real_d", code="8" * 64), [0.1]),
+        made_up(Test("mine.py:Mine", run="9" * 64), [0.1]),
+        made_up(Test("mine.py:Mine"), [0.1]),
+    )
+    labels = [(one.controller, len(one.results)) for one in Material((), results).series]
+    assert labels == [
+        ("REAL-LD, vae.weight=1", 1),
+        ("REAL-LD, vae.weight=2", 1),
+        ("REAL-D, code 222222", 1),
+        ("REAL-D, code 888888", 1),
+        ("Mine", 2),
+    ]
+
+
+def test_who_played_is_told_where_it_is_known(folder: Path, tmp_path: Path) -> None:
+    plays = read(folder / "one.h5", folder / "two.h5", asked=ASKED)
+    runs = [play.sha256 for play in plays]
+    results = reread(tmp_path, *(made_up(Test(run=run), [0.1]) for run in runs))
+    told = [one.controller for one in Material(plays, results).series]
+    assert told == ["REAL-LD, play of pusher", "REAL-LD"]  # REAL-R plays as REAL-LD does
+    assert [len(one.results) for one in Material((), results).series] == [2]
+
+
+def test_a_result_is_read_whole_or_not_at_all(tmp_path: Path) -> None:
+    (tmp_path / "other.json").write_text("{}")
+    with pytest.raises(RealBenchError, match=r"other.json is not a result"):
+        read_tested(tmp_path / "other.json")
