@@ -43,6 +43,7 @@ def draw(material: Material) -> Drawing | None:
         panel.set_xlabel("length of action (cm)")
         panel.set_xlim(left=0)
         panel.set_ylabel(f"actions per {100 * BIN_M:.0f} cm")
+        style.count_upward(panel)
         style.legend_below(figure, outlines)
     return Drawing(figure, Numbers.stacked(tables))
 

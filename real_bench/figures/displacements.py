@@ -39,7 +39,7 @@ def draw(material: Material) -> Drawing | None:
         panel.set_xlabel("step of the intrinsic phase (millions)")
         panel.set_ylabel(f"displacements per {ACTIONS_A_PERIOD} actions")
         panel.set_xlim(left=0)
-        panel.set_ylim(bottom=0)
+        style.count_upward(panel)
         style.legend_below(figure, lines)
     return Drawing(figure, Numbers.stacked(tables))
 

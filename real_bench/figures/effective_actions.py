@@ -96,9 +96,9 @@ def _draw_counts(panel: Axes, levels: Levels) -> list[Line2D]:
     panel.set_xlabel("level of abstraction")
     panel.set_ylabel("effective actions (solid)")
     panel.set_xlim(0, levels.abstraction.n_levels - 1)
-    panel.yaxis.set_major_formatter("{x:,.0f}")
     lines = panel.plot(levels.counts, "-", color=style.BLUE, label="effective actions")
-    panel.set_ylim(0, HEADROOM * levels.counts.max(initial=1))
+    panel.set_ylim(top=HEADROOM * levels.counts.max(initial=1))
+    style.count_upward(panel)
     return lines
 
 

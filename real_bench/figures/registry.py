@@ -73,7 +73,8 @@ FIGURES = (
     FigureKind("score-by-goal", "Score of each goal", RESULTS, score_by_goal.draw),
     FigureKind(
         "displacements",
-        "Actions that moved an object by more than 1 cm, along the intrinsic phase",
+        "Actions that moved an object by more than 1 cm, along the intrinsic phase "
+        "(hollow: of fewer than 500 actions)",
         "a recording with an action",
         displacements.draw,
     ),

@@ -116,6 +116,13 @@ def panels(count: int, height_cm: float, **options: Any) -> tuple[Figure, list[A
     return figure, axes[:count]
 
 
+def count_upward(panel: Axes) -> None:
+    """Let the y axis show whole numbers, from 0."""
+    panel.set_ylim(bottom=0)
+    panel.locator_params(axis="y", integer=True)
+    panel.yaxis.set_major_formatter("{x:,.0f}")
+
+
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     """One legend for all panels, for which the figure grows."""
     n_columns = 2 if figure.get_figwidth() < PAGE_CM * CM else 4
