@@ -19,7 +19,8 @@ COMMANDS = {
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
     "goals": "make, look at and import goal sets",
     "figures": "draw the paper's figures from recordings and results",
-    "inspect": "say what is in a recording, goal set or result",
+    "report": "one HTML file with tables, figures and every goal in pictures",
+    "inspect": "say what is in a recording, goal set, result or experiment",
     "scene": "install and list scenes",
     "doctor": "check that this machine can run the benchmark",
 }

@@ -65,15 +65,14 @@ def figures(
     Results must be of the same goals; give the recordings beside them, which alone tell who
     played what was learned from.
     """
-    from real_bench.figures import Asked, Material
+    from real_bench.figures import Asked
     from real_bench.figures.saving import prepare_folder
     from real_bench.settings import read_settings
 
     asked = Asked(read_settings(settings_file, assignments), seed, run_steps)
-    recordings, results = _sorted(files)
-    tested = _read_results(results)
+    found = kinds.by_kind(files, kinds.RECORDING, kinds.RESULT)
     prepare_folder(out, overwrite=overwrite)
-    material = Material(_read_recordings(recordings, asked), tested)
+    material = read_material(found[kinds.RECORDING], found[kinds.RESULT], asked)
     summary = _draw_all(material, asked, out)
     if as_json:
         click.echo(json.dumps(summary))
@@ -81,15 +80,12 @@ def figures(
         _report(summary, out)
 
 
-def _sorted(files: Sequence[Path]) -> tuple[list[Path], list[Path]]:
-    """Recordings, and results; each file once."""
-    found: dict[str, list[Path]] = {kinds.RECORDING: [], kinds.RESULT: []}
-    for file in {file.resolve(): file for file in files}.values():
-        kind = kinds.kind_of(file)
-        if kind not in found:
-            raise click.UsageError(f"{file} is a {kind}: figures are of recordings and results")
-        found[kind].append(file)
-    return found[kinds.RECORDING], found[kinds.RESULT]
+def read_material(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> Material:
+    """What figures are made of, with progress shown; raises RealBenchError."""
+    from real_bench.figures import Material
+
+    tested = _read_results(results)
+    return Material(_read_recordings(recordings, asked), tested)
 
 
 def _read_results(files: Sequence[Path]) -> tuple[Tested, ...]:

@@ -24,11 +24,12 @@ Example:
 @click.argument("file", type=options.FILE)
 @options.json_option
 def inspect(file: Path, as_json: bool) -> None:
-    """Say what is in a recording (.h5), a goal set (.npy) or a result (.json)."""
+    """Say what is in a recording (.h5), goal set (.npy), result (.json) or experiment (.yaml)."""
     describe = {
         kinds.RECORDING: describe_recording,
         kinds.GOAL_SET: describe_goals,
         kinds.RESULT: describe_result,
+        kinds.EXPERIMENT: describe_experiment,
     }
     facts = describe[kinds.kind_of(file)](file)
     if as_json:
@@ -105,6 +106,22 @@ def describe_result(path: Path) -> dict[str, Any]:
         "score": result.score if result.trials else None,
         "trials": f"{len(result.trials)} of {result.setting.n_goals}",
         **result.setting.model_dump(mode="json"),
+    }
+
+
+def describe_experiment(path: Path) -> dict[str, Any]:
+    """The facts of an experiment."""
+    from real_bench.experiments import read_spec
+
+    spec = read_spec(path)
+    return {
+        "file": str(path),
+        "title": spec.title,
+        "results": str(spec.results_folder),
+        "scene": spec.scene,
+        "steps": spec.steps,
+        "goals": list(spec.goals),
+        "repeats": {cell.name: len(spec.seeds(cell)) for cell in spec.cells},
     }
 
 

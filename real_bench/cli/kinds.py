@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
 
-RECORDING, GOAL_SET, RESULT = "recording", "goal set", "result"
+RECORDING, GOAL_SET, RESULT, EXPERIMENT = "recording", "goal set", "result", "experiment"
 
-_SIGNS = {
+_SIGNS: dict[str, tuple[str, bytes | None]] = {
     RECORDING: (".h5", b"\x89HDF"),
     GOAL_SET: (".npy", b"\x93NUMPY"),
     RESULT: (".json", b"{"),
+    EXPERIMENT: (".yaml", None),
 }
 
 
@@ -26,9 +28,20 @@ def kind_of(file: Path) -> str:
         with file.open("rb") as opened:
             first = opened.read(8)
     for kind, (_, magic) in _SIGNS.items():
-        if first.startswith(magic):
+        if magic is not None and first.startswith(magic):
             return kind
     for kind, (suffix, _) in _SIGNS.items():
         if file.suffix == suffix:
             return kind
-    raise click.UsageError(f"{file} is no recording, goal set or result")
+    raise click.UsageError(f"{file} is no {', '.join(_SIGNS)}")
+
+
+def by_kind(files: Sequence[Path], *wanted: str) -> dict[str, list[Path]]:
+    """Files by what they are, each once; raises click.UsageError for what is not wanted."""
+    found: dict[str, list[Path]] = {kind: [] for kind in wanted}
+    for file in {file.resolve(): file for file in files}.values():
+        kind = kind_of(file)
+        if kind not in found:
+            raise click.UsageError(f"{file} is a {kind}: give {' or '.join(wanted)}")
+        found[kind].append(file)
+    return found

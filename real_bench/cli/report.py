@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from real_bench.cli import options
+from real_bench.cli import kinds, options
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet

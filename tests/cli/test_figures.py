@@ -97,8 +97,8 @@ def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -
     [
         (("run.h5", "--run-steps", "4001"), 1, "run.h5 has 4,000 steps, 4,001 were asked for"),
         (("run.h5", "--set", "vae.wait=1"), 1, "bad settings: vae.wait"),
-        (("goals.npy",), 2, "goals.npy is a goal set: figures are of recordings and results"),
-        (("note.txt",), 2, "note.txt is no recording, goal set or result"),
+        (("goals.npy",), 2, "goals.npy is a goal set: give recording or result"),
+        (("note.txt",), 2, "note.txt is no recording, goal set, result, experiment"),
         (("none.h5",), 1, "none.h5 does not exist"),
         (("cut.h5",), 1, "cut.h5 cannot be read"),
         (("note.json",), 1, "note.json is not a result of realbench"),
