@@ -51,6 +51,6 @@ class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
 def faults(error: ValidationError, most: int | None = None) -> str:
     """What is wrong with a record that did not pass its own checks, in one line."""
     return "; ".join(
-        f"{'.'.join(map(str, fault['loc'])) or 'the whole'}: {fault['msg']}"
+        f"{'.'.join(map(str, fault['loc'])) or 'the whole'}: {fault['msg'][:200]}"
         for fault in error.errors()[:most]
     )

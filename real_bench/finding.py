@@ -7,6 +7,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -44,6 +45,21 @@ def resolved(spec: str) -> str:
     if not target.endswith(".py"):
         return spec
     return f"{Path(target).resolve()}{':' if class_name else ''}{class_name}"
+
+
+def controller_file(spec: str) -> Path | None:
+    """The file that a controller is in, found without running it; None where that is not known.
+
+    Known are files, and the modules of installed controllers.
+    """
+    target, _, _ = spec.partition(":")
+    path = Path(target)
+    if not target.endswith(".py"):
+        modules = [offer.module for offer in entry_points(group=GROUP) if offer.name == spec]
+        with suppress(ImportError):
+            found = importlib.util.find_spec(modules[0]) if modules else None
+            path = Path(found.origin or "") if found else path
+    return path if path.is_file() else None
 
 
 def source_file(controller: type[Any]) -> Path | None:

@@ -17,6 +17,7 @@ COMMANDS = {
     "table": "make the table of an experiment: many plays and tests, published scores beside",
     "compare": "compare two sets of scores, goal by goal",
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
+    "verify": "prove a result or a recording by replaying it",
     "goals": "make, look at and import goal sets",
     "figures": "draw the paper's figures from recordings and results",
     "report": "one HTML file with tables, figures and every goal in pictures",

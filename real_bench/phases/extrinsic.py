@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-import logging
-import multiprocessing
-import os
-import signal
-import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from functools import partial
 from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256, write_lock
 from real_bench.finding import find_controller, source_sha256
 from real_bench.phases.player import Guest, learns_across_trials
-from real_bench.phases.stopping import STOP_SIGNALS, StopRequest, stop_requests
+from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
+from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, package_versions
+from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
 from real_bench.settings import settings_in_full
 
 Report = Callable[[Result], None]
-_Trial = Future[tuple[TrialResult, float]]
+
+LOST_WORKER = "trials that were finished are kept: repeat the command with --resume"
 
 
 @dataclass(frozen=True)
@@ -53,8 +48,10 @@ class ExtrinsicPhase:
             raise RealBenchError(f"--jobs must be at least 1, not {self.jobs}")
         if not 0 <= self.plan.seed < 2**63:
             raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.plan.seed}")
-        if self.plan.trial_steps < 1:
-            raise RealBenchError(f"a trial needs at least 1 step, not {self.plan.trial_steps}")
+        if not 1 <= self.plan.trial_steps <= LONGEST_TRIAL:
+            raise RealBenchError(
+                f"a trial needs 1 to {LONGEST_TRIAL:,} steps, not {self.plan.trial_steps:,}"
+            )
         self.plan.goal_set.check_fits(self.plan.scene, self.plan.goal_set.n_objects)
 
     def run(
@@ -110,6 +107,11 @@ class ExtrinsicPhase:
             raise ResultError(
                 f"{self.out} cannot be resumed, it is of another test: {', '.join(changed)} differ"
             )
+        if not result.keeps_commands:
+            raise ResultError(
+                f"{self.out} cannot be resumed, it was made before commands were kept: "
+                "use --overwrite"
+            )
         if result.trials and result.trials[-1].goal >= self.n_trials:
             raise ResultError(
                 f"{self.out} already holds goal {result.trials[-1].goal}, beyond the "
@@ -126,7 +128,8 @@ class ExtrinsicPhase:
             return
         in_order = learns_across_trials(find_controller(self.plan.controller))
         if self.jobs > 1 and guest is None and not in_order:
-            yield from self._in_processes(left, stop)
+            jobs = min(self.jobs, len(left))
+            yield from in_processes(partial(_maker, self.plan), left, jobs, stop, LOST_WORKER)
             return
         maker = TrialMaker(self.plan, guest)
         try:
@@ -141,38 +144,6 @@ class ExtrinsicPhase:
                 yield maker.make(number)
         finally:
             maker.close()
-
-    def _in_processes(
-        self, left: list[int], stop: StopRequest
-    ) -> Iterator[tuple[TrialResult, float]]:
-        pool = ProcessPoolExecutor(
-            min(self.jobs, len(left)),
-            mp_context=multiprocessing.get_context("spawn"),
-            initializer=_start_worker,
-            initargs=(self.plan,),
-        )
-        waiting = iter(left)
-        failed = None
-        try:
-            running = _submit(pool, islice(waiting, self.jobs))
-            while running:
-                done, running = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    if future.exception() is None:
-                        yield future.result()
-                    else:
-                        failed = future  # what else is being tested may still come to its end
-                if failed is None and not stop.made:
-                    running |= _submit(pool, islice(waiting, len(done)))
-            if failed is not None:
-                failed.result()
-        except BrokenProcessPool as error:
-            raise RealBenchError(
-                "a worker process died; trials that were finished are kept: "
-                "repeat the command with --resume"
-            ) from error
-        finally:
-            pool.shutdown(cancel_futures=True)
 
     def _setting(self) -> Setting:
         plan = self.plan
@@ -205,44 +176,5 @@ def _identity(run: Path | None) -> tuple[str, int]:
     return file_sha256(run), n_steps
 
 
-def _submit(pool: ProcessPoolExecutor, numbers: Iterable[int]) -> set[_Trial]:
-    """Have trials made; workers are started with the signals to stop held back.
-
-    A worker that is interrupted before it has begun would leave the pool hanging.
-    """
-    signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
-    try:
-        return {pool.submit(_make_trial, number) for number in numbers}
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
-
-
-class _Worker:
-    """What a worker process keeps between trials; a process has no other place for it."""
-
-    plan: TrialPlan
-    maker: TrialMaker | None = None
-
-
-def _start_worker(plan: TrialPlan) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
-    sys.stdout = sys.stderr  # what a controller prints is no result
-    logging.basicConfig(format="%(message)s")
-    logging.getLogger("real_bench").setLevel(logging.INFO)
-    threading.Thread(target=_die_with_parent, daemon=True).start()
-    _Worker.plan = plan
-
-
-def _die_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-def _make_trial(number: int) -> tuple[TrialResult, float]:
-    if _Worker.maker is None:  # made here and not at the start, so that its errors are reported
-        _Worker.maker = TrialMaker(_Worker.plan)
-    return _Worker.maker.make(number)
+def _maker(plan: TrialPlan) -> Callable[[int], tuple[TrialResult, float]]:
+    return TrialMaker(plan).make

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
@@ -23,6 +22,7 @@ from real_bench.phases.film import filmed
 from real_bench.phases.player import Guest
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
+from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import distances, object_scores
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation.scene import Scene
@@ -131,7 +131,7 @@ class TrialMaker:
         guest.call("end_extrinsic_trial", task.observe().now(), 0.0, True)
         if not self.in_order:
             guest.call("end_extrinsic_phase")
-        result = _result(number, goal, task.simulation.object_poses(), actions)
+        result = trial_result(number, goal, task.simulation.object_poses(), Commands.of(actions))
         if plan.explanations and explainer:
             explainer.save(plan.explanations, f"trial-{number:02d}")
         if plan.pictures is not None and start is not None:
@@ -155,9 +155,17 @@ class TrialMaker:
         _save(folder / f"trial-{result.goal:02d}.png", picture.save)
 
 
-def _result(
-    number: int, goal: Goal, poses: NDArray[np.float64], actions: list[Action]
+def trial_result(
+    number: int, goal: Goal, poses: NDArray[np.float64], commands: Commands
 ) -> TrialResult:
+    """What is kept of a trial.
+
+    Args:
+        number: of the goal.
+        goal: the goal itself.
+        poses: where the objects ended, (n_objects, 7).
+        commands: all that was executed.
+    """
     away = distances(poses[:, :3], goal.final_poses[:, :3])
     return TrialResult(
         goal=number,
@@ -165,16 +173,9 @@ def _result(
         score=float(object_scores(away).sum()),
         distances=tuple(away.tolist()),
         final_poses=tuple(tuple(pose) for pose in poses.tolist()),
-        actions_sha256=_hash(actions),
+        actions_sha256=commands.sha256,
+        commands=commands,
     )
-
-
-def _hash(actions: list[Action]) -> str:
-    digest = hashlib.sha256()
-    for action in actions:
-        for array in (action.commands, action.n_steps, action.line):
-            digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
 
 
 def _save(path: Path, save: Callable[[Path], None]) -> None:

@@ -13,11 +13,21 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from real_bench.errors import ResultError, faults
 from real_bench.files import write_whole
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
+from real_bench.scoring.result_file import (
+    FORMAT,
+    SEAL,
+    TIMING,
+    WITH_COMMANDS,
+    WITHOUT_COMMANDS,
+    Content,
+    check_writable,
+    is_sealed,
+    read_content,
+    sealed,
+)
 from real_bench.scoring.summary import ClassSummary, GoalOutcome, summarise
-
-FORMAT = "realbench-result"
-VERSION = 1
 
 Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
 
@@ -68,6 +78,7 @@ class TrialResult(_Record):
         distances: of each object to its goal, metres.
         final_poses: where the objects ended, position and quaternion each.
         actions_sha256: hash of every command that was executed.
+        commands: these commands; None in a result made before they were kept.
     """
 
     goal: int
@@ -76,6 +87,13 @@ class TrialResult(_Record):
     distances: tuple[float, ...]
     final_poses: tuple[Pose, ...]
     actions_sha256: str
+    commands: Commands | None = None
+
+    @model_validator(mode="after")
+    def _hash_is_that_of_the_commands(self) -> TrialResult:
+        if self.commands is not None and self.commands.sha256 != self.actions_sha256:
+            raise ValueError("actions_sha256 is not that of the commands")
+        return self
 
     @model_validator(mode="after")
     def _score_is_that_of_the_distances(self) -> TrialResult:
@@ -101,8 +119,6 @@ class Result(_Record):
         seconds: wall time of each trial, by goal number: all that differs when it is repeated.
     """
 
-    format: str = FORMAT
-    version: int = VERSION
     setting: Setting
     trials: tuple[TrialResult, ...] = ()
     seconds: dict[int, float] = Field(default_factory=dict)
@@ -118,11 +134,30 @@ class Result(_Record):
             raise ValueError(f"trials must be of {self.setting.objects} object(s)")
         return self
 
+    @model_validator(mode="after")
+    def _commands_are_of_these_trials(self) -> Result:
+        commands = [trial.commands for trial in self.trials if trial.commands is not None]
+        if len(commands) not in (0, len(self.trials)):
+            raise ValueError("all trials keep their commands, or none does")
+        if any(kept.n_steps != self.setting.trial_steps for kept in commands):
+            raise ValueError(f"the commands of a trial must last {self.setting.trial_steps} steps")
+        return self
+
     def with_trial(self, trial: TrialResult, seconds: float) -> Result:
         """The result with one more trial."""
         trials = sorted([*self.trials, trial], key=lambda trial: trial.goal)
         times = dict(sorted({**self.seconds, trial.goal: seconds}.items()))
         return self.model_copy(update={"trials": tuple(trials), "seconds": times})
+
+    @property
+    def keeps_commands(self) -> bool:
+        """Whether its trials can be replayed."""
+        return all(trial.commands is not None for trial in self.trials)
+
+    @property
+    def version(self) -> int:
+        """Of the file that holds it."""
+        return WITH_COMMANDS if self.keeps_commands else WITHOUT_COMMANDS
 
     @property
     def is_complete(self) -> bool:
@@ -140,54 +175,64 @@ class Result(_Record):
             raise ResultError("the result has no trial yet")
         return summarise([trial.outcome() for trial in self.trials])
 
-    def to_json(self) -> dict[str, Any]:
-        """The file's content: setting, summary, trials, and at the end what time it took."""
+    def to_json(self) -> Content:
+        """The file's content: setting, trials, summary, the seal, and what time it took."""
         fields = self.model_dump(mode="json")
-        summary = [asdict(row) for row in self.summary()] if self.trials else []
-        timing = {"seconds": fields.pop("seconds")}
-        return {**fields, "complete": self.is_complete, "summary": summary, "timing": timing}
+        content = {
+            "format": FORMAT,
+            "version": self.version,
+            "setting": fields["setting"],
+            "trials": [_without_none(trial) for trial in fields["trials"]],
+            "complete": self.is_complete,
+            "summary": [asdict(row) for row in self.summary()] if self.trials else [],
+            TIMING: {"seconds": fields["seconds"]},
+        }
+        return sealed(content) if self.keeps_commands else content
 
     def save(self, path: Path) -> None:
-        """Write the file; it appears whole."""
-        write_whole(path, (json.dumps(self.to_json(), indent=1) + "\n").encode())
+        """Write the file; it appears whole. Raises ResultError where it would be too large."""
+        text = (json.dumps(self.to_json(), indent=1) + "\n").encode()
+        check_writable(path, text)
+        write_whole(path, text)
 
 
 def load_result(path: Path) -> Result:
     """Read a result file.
 
     Raises:
-        ResultError: it does not exist, is not a result, or was written by a newer version.
+        ResultError: it does not exist, is not a result, contradicts itself, was altered after it
+            was sealed, or was written by a newer version.
     """
+    content = read_content(path)
+    result = parse_content(content, path)
+    if not is_sealed(content):
+        raise ResultError(f"{path} was altered: its seal is not that of its content")
+    return result
+
+
+def parse_content(content: Content, path: Path) -> Result:
+    """The result of a file's content, whether or not its seal holds; raises ResultError."""
     try:
-        fields = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise ResultError(f"the result {path} does not exist") from error
-    except (OSError, ValueError, RecursionError) as error:
-        raise ResultError(f"{path} cannot be read: {error}") from error
-    if not isinstance(fields, dict) or fields.get("format") != FORMAT:
-        raise ResultError(f"{path} is not a result of realbench")
-    if fields.get("version") != VERSION:
-        raise ResultError(f"{path} is of version {fields.get('version')}, this reads {VERSION}")
-    try:
-        result = _parse(fields)
+        result = _parse(content)
     except ValidationError as error:
         raise ResultError(f"{path} is damaged: {faults(error, 3)}") from error
-    if not _agrees(fields, result):
+    if not _agrees(content, result):
         raise ResultError(f"{path} is damaged: its summary is not that of its trials")
     return result
 
 
-def _agrees(fields: dict[str, Any], result: Result) -> bool:
+def _agrees(fields: Content, result: Result) -> bool:
     """Whether what a file says beside its trials follows from them.
 
     Intervals do not count: another version of numpy may draw other resamples.
     """
-    told, true = fields.get("summary"), result.to_json()["summary"]
+    told, true = fields.get("summary"), result.summary() if result.trials else []
     return (
         fields.get("complete") is result.is_complete
+        and fields["version"] == result.version
         and isinstance(told, list)
         and len(told) == len(true)
-        and all(map(_same_row, told, true))
+        and all(map(_same_row, told, map(asdict, true)))
     )
 
 
@@ -200,15 +245,20 @@ def _same_row(told: Any, true: dict[str, Any]) -> bool:
     )
 
 
+def _without_none(fields: Content) -> Content:
+    return {key: value for key, value in fields.items() if value is not None}
+
+
 def _same(a: Any, b: Any) -> bool:
     """Whether two numbers agree but for rounding, which may differ between machines."""
     numbers = isinstance(a, int | float) and isinstance(b, int | float)
     return numbers and math.isclose(a, b, rel_tol=1e-9)
 
 
-def _parse(fields: dict[str, Any]) -> Result:
+def _parse(fields: Content) -> Result:
     """The result of a file's content; what follows from the rest is left out."""
-    kept = {key: fields[key] for key in fields if key not in ("complete", "summary", "timing")}
-    timing = fields.get("timing")
+    derived = ("format", "version", "complete", "summary", TIMING, SEAL)
+    kept = {key: fields[key] for key in fields if key not in derived}
+    timing = fields.get(TIMING)
     seconds = timing.get("seconds") if isinstance(timing, dict) else None
     return Result.model_validate({**kept, "seconds": seconds})

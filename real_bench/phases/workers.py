@@ -1,0 +1,114 @@
+"""Work that is shared among processes, of which none outlives its parent."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from itertools import islice
+from typing import Any, TypeVar
+
+from real_bench.errors import RealBenchError
+from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
+
+Task = TypeVar("Task")
+Done = TypeVar("Done")
+
+
+def in_processes(
+    make_worker: Callable[[], Callable[[Task], Done]],
+    tasks: Iterable[Task],
+    jobs: int,
+    stop: StopRequest,
+    remedy: str,
+) -> Iterator[Done]:
+    """Do every task in one of several processes; each gives what came of it as it ends.
+
+    After a failure or a request to stop no further task is begun, and those under way come to
+    their end.
+
+    Args:
+        make_worker: makes, once in each process, what does a task; sent there by pickle.
+        tasks: what each is told, sent there by pickle.
+        jobs: how many processes.
+        stop: the user's request.
+        remedy: what the user may do if a process dies.
+
+    Raises:
+        RealBenchError: a process died.
+        Exception: whatever the first task that failed has raised.
+    """
+    pool = ProcessPoolExecutor(
+        jobs,
+        mp_context=multiprocessing.get_context("spawn"),
+        initializer=_start,
+        initargs=(make_worker,),
+    )
+    waiting = iter(tasks)
+    failed = None
+    try:
+        running = _submit(pool, islice(waiting, jobs))
+        while running:
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                if future.exception() is None:
+                    yield future.result()
+                else:
+                    failed = future  # what else is under way may still come to its end
+            if failed is None and not stop.made:
+                running |= _submit(pool, islice(waiting, len(done)))
+        if failed is not None:
+            failed.result()
+    except BrokenProcessPool as error:
+        raise RealBenchError(f"a worker process died; {remedy}") from error
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]:
+    """Have tasks done; workers are started with the signals to stop held back.
+
+    A worker that is interrupted before it has begun would leave the pool hanging.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
+    try:
+        return {pool.submit(_do, task) for task in tasks}
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+
+
+class _Here:
+    """What a worker process keeps between tasks; a process has no other place for it."""
+
+    make_worker: Callable[[], Callable[[Any], Any]]
+    worker: Callable[[Any], Any] | None = None
+
+
+def _start(make_worker: Callable[[], Callable[[Any], Any]]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+    sys.stdout = sys.stderr  # what a controller prints is no result
+    logging.basicConfig(format="%(message)s")
+    logging.getLogger("real_bench").setLevel(logging.INFO)
+    threading.Thread(target=_die_with_parent, daemon=True).start()
+    _Here.make_worker = make_worker
+
+
+def _die_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _do(task: Any) -> Any:
+    if _Here.worker is None:  # made here and not at the start, so that its errors are reported
+        _Here.worker = _Here.make_worker()
+    return _Here.worker(task)

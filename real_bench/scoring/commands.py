@@ -1,0 +1,128 @@
+"""The commands of a trial as they are kept in a result: compact, and exact to the last bit."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import hashlib
+import zlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from real_bench.actions import Action
+from real_bench.errors import ActionError, ResultError
+
+LONGEST_TRIAL = 100_000
+"""Steps; ten times the benchmark's. Commands of a longer trial are neither kept nor read."""
+
+LARGEST_COMMAND = 32
+"""Numbers in a command vector."""
+
+
+def row_type(size: int) -> np.dtype[Any]:
+    """How one command of so many numbers is kept; ``begins`` where it is an action's first."""
+    fields = [("command", "<f8", (size,)), ("n_steps", "<i8"), ("line", "u1"), ("begins", "u1")]
+    return np.dtype(fields)
+
+
+class Commands(BaseModel):
+    """Whole actions as they were executed.
+
+    Attributes:
+        size: numbers in a command vector.
+        rows: how many commands.
+        data: the rows (:func:`row_type`), one after the other, zlib-compressed, as base64.
+
+    Raises:
+        ValueError: the data are not what is declared, or no commands.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    size: int = Field(ge=1, le=LARGEST_COMMAND)
+    rows: int = Field(ge=1, le=LONGEST_TRIAL)
+    data: str = Field(repr=False)
+
+    @model_validator(mode="after")
+    def _data_are_commands(self) -> Commands:
+        _ = self.actions
+        return self
+
+    @classmethod
+    def of(cls, actions: Sequence[Action]) -> Commands:
+        """The commands of actions, at least one; raises ResultError for too many."""
+        rows = np.concatenate([_rows(action) for action in actions])
+        if int(rows["n_steps"].sum()) > LONGEST_TRIAL:
+            raise ResultError(f"a trial of more than {LONGEST_TRIAL:,} steps cannot be kept")
+        data = base64.b64encode(zlib.compress(rows.tobytes())).decode()
+        return cls(size=rows["command"].shape[1], rows=len(rows), data=data)
+
+    @property
+    def actions(self) -> list[Action]:
+        """The actions, ready to be executed again."""
+        rows = self._unpacked()
+        starts = np.flatnonzero(rows["begins"])
+        try:
+            return [
+                Action(part["command"], part["n_steps"], part["line"].astype(bool))
+                for part in np.split(rows, starts[1:])
+            ]
+        except ActionError as error:
+            raise ValueError(str(error)) from error
+
+    @property
+    def sha256(self) -> str:
+        """A hash of every command, its duration and its action."""
+        digest = hashlib.sha256()
+        for action in self.actions:
+            digest.update(action.commands.astype("<f8").tobytes())
+            digest.update(action.n_steps.astype("<i8").tobytes())
+            digest.update(action.line.tobytes())
+        return digest.hexdigest()
+
+    @property
+    def n_steps(self) -> int:
+        """How long all of them last."""
+        return int(self._unpacked()["n_steps"].sum())
+
+    def _unpacked(self) -> NDArray[Any]:
+        """The rows, checked; never more bytes than are declared, whatever the data would give."""
+        kind = row_type(self.size)
+        content = _decompressed(self.data, self.rows * kind.itemsize)
+        rows = np.frombuffer(content, kind)
+        missing = np.isnan(rows["command"])
+        durations = rows["n_steps"]
+        if (missing.any(axis=1) != missing.all(axis=1)).any():
+            raise ValueError("a command is neither whole nor absent: some of it is NaN")
+        if not ((durations >= 1) & (durations <= LONGEST_TRIAL)).all():
+            raise ValueError(f"a command lasts 1 to {LONGEST_TRIAL} steps")
+        if int(durations.sum()) > LONGEST_TRIAL:
+            raise ValueError(f"commands last more than {LONGEST_TRIAL} steps together")
+        if rows["begins"][0] != 1 or max(rows["begins"].max(), rows["line"].max()) > 1:
+            raise ValueError("commands do not say where actions begin")
+        return rows
+
+
+def _rows(action: Action) -> NDArray[Any]:
+    rows = np.zeros(len(action.commands), row_type(action.commands.shape[1]))
+    rows["command"], rows["n_steps"], rows["line"] = action.commands, action.n_steps, action.line
+    rows["begins"][0] = 1
+    return rows
+
+
+def _decompressed(data: str, n_bytes: int) -> bytes:
+    try:
+        compressed = base64.b64decode(data, validate=True)
+        stream = zlib.decompressobj()
+        content = stream.decompress(compressed, n_bytes + 1)
+    except (binascii.Error, ValueError, zlib.error) as error:
+        raise ValueError(f"commands cannot be unpacked: {error}") from error
+    if base64.b64encode(compressed).decode() != data or stream.unused_data:
+        raise ValueError("commands cannot be unpacked: something is beside them")
+    if len(content) != n_bytes or not stream.eof:
+        raise ValueError(f"commands do not unpack to the {n_bytes} bytes that are declared")
+    return content

@@ -1,0 +1,90 @@
+"""The JSON of a result file, read without trusting it, and the seals over all that it says."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from real_bench.errors import ResultError
+
+FORMAT = "realbench-result"
+WITHOUT_COMMANDS, WITH_COMMANDS = 1, 2
+"""The versions: results made before commands were kept, and since."""
+
+LARGEST_FILE = 2**28
+"""Bytes; fifty trials in which each step had another command take some 50 million."""
+
+SEAL, TIMING = "seal", "timing"
+
+Content = dict[str, Any]
+
+
+def sealed(content: Content) -> Content:
+    """A file's content with the sha256 of all that it says.
+
+    The seal covers everything but ``timing``, so it is the same when a test is repeated; a second
+    one, in ``timing``, covers the times and the first. They are of the values, not of how these
+    are set out. Whoever alters a file on purpose can make them anew; whoever does not is found
+    out. Raises ValueError for what JSON cannot hold.
+    """
+    facts = {key: value for key, value in content.items() if key not in (SEAL, TIMING)}
+    timing = {key: value for key, value in content.get(TIMING, {}).items() if key != SEAL}
+    seal = _sha256(facts)
+    return {**facts, SEAL: seal, TIMING: {**timing, SEAL: _sha256([timing, seal])}}
+
+
+def is_sealed(content: Content) -> bool:
+    """Whether nothing was altered since the file was sealed, if it ever was."""
+    return content["version"] == WITHOUT_COMMANDS or content == sealed(content)
+
+
+def read_content(path: Path) -> Content:
+    """What a result file says, not yet looked at.
+
+    Raises:
+        ResultError: it does not exist, is not a result, or was written by a newer version.
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(LARGEST_FILE + 1)
+        if len(text) > LARGEST_FILE:
+            raise ValueError(f"it is larger than {LARGEST_FILE:,} bytes")
+        content = json.loads(text, object_pairs_hook=_without_repeats)
+        if not isinstance(content, dict) or content.get("format") != FORMAT:
+            raise ResultError(f"{path} is not a result of realbench")
+        if content.get("version") not in (WITHOUT_COMMANDS, WITH_COMMANDS):
+            raise ResultError(
+                f"{path} is of version {str(content.get('version'))[:20]}, "
+                f"this reads {WITHOUT_COMMANDS} and {WITH_COMMANDS}"
+            )
+        _sha256(content)  # whether all of it can be told again
+    except FileNotFoundError as error:
+        raise ResultError(f"the result {path} does not exist") from error
+    except (OSError, ValueError, RecursionError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise ResultError(f"{path} cannot be read: {reason[:200]}") from error
+    return content
+
+
+def check_writable(path: Path, text: bytes) -> None:
+    """Raise ResultError where a file could not be read again."""
+    if len(text) > LARGEST_FILE:
+        raise ResultError(
+            f"{path} would be larger than {LARGEST_FILE:,} bytes: test fewer goals at once; "
+            "the trials before are kept"
+        )
+
+
+def _sha256(value: Any) -> str:
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> Content:
+    """A JSON object; one in which a name is given twice could show one value and hold another."""
+    content = dict(pairs)
+    if len(content) < len(pairs):
+        raise ValueError("it says something twice")
+    return content

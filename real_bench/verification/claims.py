@@ -1,0 +1,116 @@
+"""What a result claims beside its trials, as far as that can be checked."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+from real_bench.conditions import Condition
+from real_bench.errors import ResultError
+from real_bench.files import file_sha256
+from real_bench.finding import controller_file
+from real_bench.goal_sets import GoalSet
+from real_bench.phases.lengths import TRIAL_STEPS
+from real_bench.recording import Recording, package_versions
+from real_bench.scoring.result import Result
+from real_bench.scoring.result_file import Content, is_sealed
+from real_bench.simulation.scene import Scene
+from real_bench.verification.versions import versions_differ
+
+LONGEST_QUOTE = 80
+"""Of what a stranger's file says, in a line of ours."""
+
+
+class Claims:
+    """The claims of a result, checked one by one.
+
+    Args:
+        content: what the file says.
+        result: what is read of it.
+        scene, goal_set: of the hashes that it names.
+
+    Attributes:
+        faults: what does not hold.
+        notes: what could not be checked, or should be known.
+    """
+
+    def __init__(self, content: Content, result: Result, scene: Scene, goal_set: GoalSet) -> None:
+        self._content, self._result, self._setting = content, result, result.setting
+        self._scene, self._goal_set = scene, goal_set
+        self.faults: list[str] = []
+        self.notes: list[str] = []
+
+    def check(self, run: Path | None, controller: str | None) -> None:
+        """Check all of them, those about recording and controller against what is given.
+
+        Raises:
+            ResultError: no file of the controller that is given can be found.
+            RecordingError: the recording that is given cannot be read.
+        """
+        if not is_sealed(self._content):
+            self.faults.append("the file was altered: its seal is not that of its content")
+        self.notes += versions_differ(self._setting.versions)
+        self._check_names()
+        self._check_summary()
+        self._check_lengths()
+        self._check_run(run)
+        self._check_controller(controller)
+
+    def _check_names(self) -> None:
+        scene, names = self._scene.name, self._goal_set.object_names
+        if (self._setting.scene, self._setting.object_names) != (scene, names):
+            told = f"{self._setting.scene} with {', '.join(self._setting.object_names)}"
+            self.faults.append(
+                f"it names scene {_quoted(told)}, these are {scene} with {', '.join(names)}"
+            )
+
+    def _check_summary(self) -> None:
+        """To the last bit, intervals too, where the very code that made it is here."""
+        here, versions = package_versions(), self._setting.versions
+        same_code = all(versions.get(name) == here[name] for name in ("real-bench source", "numpy"))
+        if self._content["summary"] != [asdict(row) for row in self._result.summary()]:
+            where = self.faults if same_code else self.notes
+            where.append("numbers of its summary are not those that follow from its trials")
+
+    def _check_lengths(self) -> None:
+        if self._setting.trial_steps != TRIAL_STEPS:
+            self.notes.append(
+                f"trials are of {self._setting.trial_steps:,} steps, not {TRIAL_STEPS:,}"
+            )
+        if self._setting.n_goals < len(self._goal_set):
+            self.notes.append(
+                f"only {self._setting.n_goals} of the {len(self._goal_set)} goals were asked for"
+            )
+
+    def _check_run(self, run: Path | None) -> None:
+        setting = self._setting
+        if run is None:
+            if setting.run_sha256 or setting.run_steps:
+                self.notes.append("what it learned from was not checked (give it with --run)")
+            return
+        with Recording(run) as recording:
+            condition = Condition.parse(setting.condition)
+            misfits = recording.header.misfits(condition, setting.objects, setting.scene_sha256)
+            n_steps = recording.n_steps
+        if file_sha256(run) != setting.run_sha256:
+            misfits.append("its hash is another one")
+        if not 1 <= setting.run_steps <= n_steps:
+            misfits.append(f"it has {n_steps:,} steps, not {setting.run_steps:,}")
+        self.faults += [f"{run} is not what it learned from: {misfit}" for misfit in misfits]
+
+    def _check_controller(self, controller: str | None) -> None:
+        named = self._setting.controller if controller is None else controller
+        file = controller_file(named)
+        if file is None and controller is not None:
+            raise ResultError(f"controller {named}: no file of it can be found")
+        if file is None:
+            self.notes.append(f"controller {_quoted(named)} is not here: its hash is not checked")
+        elif file_sha256(file) != self._setting.controller_sha256:
+            where = self.notes if controller is None else self.faults
+            where.append(f"controller {_quoted(named)} as it is here is not the one tested")
+
+
+def _quoted(text: str) -> str:
+    """A stranger's text in one short line."""
+    line = "".join(letter if letter.isprintable() else "?" for letter in text)
+    return line if len(line) <= LONGEST_QUOTE else line[: LONGEST_QUOTE - 3] + "..."

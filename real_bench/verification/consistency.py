@@ -1,0 +1,88 @@
+"""Whether a recording contradicts itself, found without simulating anything."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import make_control
+from real_bench.conditions import Condition
+from real_bench.recording import Recording
+from real_bench.recording.schema import STATE, TRANSITION, command_type
+from real_bench.simulation.scene import Scene
+
+
+def fresh_states(recording: Recording) -> NDArray[np.int64]:
+    """The numbers of the states in which a world began: the first, and one after each cut."""
+    begun = np.ones(recording.n_states, bool)
+    begun[recording.transitions["outcome"]] = False
+    return np.flatnonzero(begun)
+
+
+def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:
+    """Everything in which a recording contradicts itself or its scene.
+
+    Raises:
+        RecordingError: it cannot be read.
+    """
+    header = recording.header
+    if header.scene_sha256 != scene.sha256:
+        yield f"it is of another scene than {scene.name} ({scene.sha256[:12]})"
+    elif (header.scene, header.object_names) != (scene.name, scene.object_names(header.objects)):
+        yield f"it names another scene or other objects than {scene.name} has"
+    misshapen = list(_misshapen(recording))
+    yield from misshapen
+    if not misshapen:
+        yield from _miscounted(recording)
+        yield from _not_numbers(recording)
+
+
+def _misshapen(recording: Recording) -> Iterator[str]:
+    header, states = recording.header, recording.states
+    size = make_control(Condition.parse(header.condition).control).size
+    if recording.transitions.dtype != TRANSITION or states.dtype != STATE:
+        yield "its transitions or states have other fields"
+    if recording.commands(0, 1).dtype != command_type(size):
+        yield f"its commands are not those of condition {header.condition}"
+    poses = recording.object_poses
+    if poses.dtype != np.float64 or poses.shape != (recording.n_states, header.objects, 7):
+        yield f"its object poses are of shape {poses.shape}"
+    if header.images != (recording.n_images is not None):
+        yield "it has images and says that it has none, or the other way round"
+
+
+def _miscounted(recording: Recording) -> Iterator[str]:
+    rows, steps = recording.transitions, recording.states["step"]
+    for first, length, whole in (
+        ("first_step", "n_steps", recording.n_steps),
+        ("first_command", "n_commands", recording.n_commands),
+    ):
+        lengths = rows[length]
+        if not ((lengths >= 1) & (lengths <= whole)).all():
+            yield f"an action has {length} below 1 or above {whole}"
+        if (rows[first] != np.cumsum(lengths) - lengths).any():
+            yield f"{first} does not count {length} of the actions before"
+    before, after = rows["precondition"], rows["outcome"]
+    if (after != before + 1).any() or (np.diff(after) < 1).any():
+        yield "an outcome is not the state after its precondition"
+    ends = rows["first_step"] + rows["n_steps"]
+    if (steps[before] != rows["first_step"]).any() or (steps[after] != ends).any():
+        yield "a state is not of the step that its action begins or ends at"
+    begun_at = [0, *recording.cuts] if recording.n_states else []
+    if steps[fresh_states(recording)].tolist() != begun_at:
+        yield "worlds do not begin where the run was cut"
+    if recording.n_steps > recording.total_steps:
+        yield f"it has {recording.n_steps:,} steps, {recording.total_steps:,} were asked for"
+    if recording.ended and recording.n_steps < recording.total_steps:
+        yield "it says that it has ended, before it has"
+
+
+def _not_numbers(recording: Recording) -> Iterator[str]:
+    states = recording.states
+    for name in ("joint_positions", "touch_sensors"):
+        if not np.isfinite(states[name]).all():
+            yield f"some {name} are not numbers"
+    if not np.isfinite(recording.object_poses).all():
+        yield "some object poses are not numbers"

@@ -1,0 +1,195 @@
+"""Verifies a recording of an intrinsic phase: its actions by replay, from the start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action, check_action
+from real_bench.conditions import Condition
+from real_bench.errors import ActionError, Interrupted, PhysicsError, RecordingError
+from real_bench.phases.stopping import StopRequest, stop_requests
+from real_bench.recording import Recording
+from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.simulation.scene import load_scene
+from real_bench.task import Task
+from real_bench.verification.consistency import contradictions, fresh_states
+from real_bench.verification.differences import Difference, numbers_differ, poses_differ
+from real_bench.verification.verdicts import RecordingVerdict
+from real_bench.verification.versions import versions_differ
+
+Report = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class RecordingVerification:
+    """A recording to be verified.
+
+    Attributes:
+        path: the recording.
+        scene: its scene, a name or manifest; what the recording names where None.
+        n_steps: replay no action that begins later than so many first steps; None: all.
+        images: whether images are rendered and compared, too.
+    """
+
+    path: Path
+    scene: str | None = None
+    n_steps: int | None = None
+    images: bool = False
+
+    def verify(self, report: Report) -> RecordingVerdict:
+        """Replay it, up to the first state that differs.
+
+        Args:
+            report: told at first and after each action how many steps were replayed, of how many.
+
+        Raises:
+            RecordingError: it cannot be read, or has nothing to replay, or no images.
+            SceneError: its scene cannot be had.
+            Interrupted: the user stopped it.
+        """
+        if self.n_steps is not None and self.n_steps < 1:
+            raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
+        with Recording(self.path) as recording:
+            if not len(recording.transitions):
+                raise RecordingError(f"{self.path} has no action yet: there is nothing to verify")
+            if self.images and recording.n_images is None:
+                raise RecordingError(f"{self.path} was recorded without images")
+            header = recording.header
+            scene = load_scene(header.scene_source if self.scene is None else self.scene)
+            faults = tuple(contradictions(recording, scene))
+            task = Task(scene, Condition.parse(header.condition), header.objects)
+            try:
+                replay = _Replay(recording, task, self.images)
+                if not faults:
+                    with stop_requests() as stop:
+                        replay.run(self.n_steps or recording.n_steps, report, stop)
+            finally:
+                task.close()
+            return RecordingVerdict(
+                path=self.path,
+                n_actions=replay.n_actions,
+                n_steps=replay.n_steps,
+                n_states=replay.n_states,
+                total_steps=recording.n_steps,
+                images=self.images,
+                where=replay.where,
+                differences=replay.differences,
+                faults=faults,
+                notes=tuple(versions_differ(header.versions)),
+            )
+
+
+class _Replay:
+    """Goes from state to state: each is the outcome of an action, or begins a fresh world.
+
+    Attributes:
+        n_actions, n_steps, n_states: how much has been replayed, and found as recorded.
+        where, differences: the first state that differs; empty as long as there is none.
+    """
+
+    def __init__(self, recording: Recording, task: Task, images: bool) -> None:
+        self._recording, self._task = recording, task
+        self._names = recording.header.object_names
+        self._states, self._poses = recording.states, recording.object_poses
+        self._images = _Images(recording) if images else None
+        self.n_actions = self.n_steps = self.n_states = 0
+        self.where = ""
+        self.differences: tuple[Difference, ...] = ()
+
+    def run(self, n_steps: int, report: Report, stop: StopRequest) -> None:
+        """Replay the actions that begin within the first steps, or up to the first difference."""
+        fresh = set(fresh_states(self._recording).tolist())
+        rows = self._recording.transitions
+        asked = int((rows["first_step"] < n_steps).sum())
+        in_all = int(rows["n_steps"][:asked].sum())
+        for state in range(self._recording.n_states):
+            if state not in fresh and self.n_actions == asked:
+                return
+            if stop.made:
+                raise Interrupted(f"stopped after {self.n_steps:,} of {in_all:,} steps")
+            self.differences = tuple(self._begin(state) if state in fresh else self._act(state))
+            if self.differences:
+                self.where = self._told(state, state in fresh)
+                return
+            self.n_states += 1
+            report(self.n_steps, in_all)
+
+    def _begin(self, state: int) -> Iterator[Difference]:
+        """A fresh world: the scene's own, or after a cut as the state before was recorded."""
+        joints = self._states["joint_positions"]
+        self._task.begin(
+            object_poses=self._poses[state - 1] if state else None,
+            joint_positions=joints[state - 1] if state else None,
+        )
+        yield from self._compared(state)
+
+    def _act(self, state: int) -> Iterator[Difference]:
+        """The next action, which leads to a state."""
+        row = self._recording.transitions[self.n_actions]
+        commands = self._recording.commands(int(row["first_command"]), int(row["n_commands"]))
+        try:
+            if commands["line"].max() > 1:
+                raise ActionError("a line is neither 0 nor 1")
+            action = Action(commands["command"], commands["n_steps"], commands["line"].astype(bool))
+            check_action(action, self._task.control)
+            if action.duration != row["n_steps"]:
+                raise ActionError(f"they last {action.duration} steps, not {row['n_steps']}")
+            self._task.execute(action)
+        except (ActionError, PhysicsError) as error:
+            yield Difference(f"its commands cannot be replayed: {error}")
+            return
+        found = list(self._compared(state))
+        if not found:
+            self.n_actions, self.n_steps = self.n_actions + 1, self.n_steps + action.duration
+        yield from found
+
+    def _compared(self, state: int) -> Iterator[Difference]:
+        simulation, row = self._task.simulation, self._states[state]
+        try:
+            joints, poses = simulation.joint_positions(), simulation.object_poses()
+        except PhysicsError as error:
+            yield Difference(str(error))
+            return
+        yield from numbers_differ("joint positions", row["joint_positions"], joints, "rad")
+        yield from numbers_differ("touch", row["touch_sensors"], simulation.touch_sensors(), "N")
+        yield from poses_differ(self._poses[state], poses, self._names)
+        if self._images:
+            yield from _image_differs(self._images[state], simulation.image().retina)
+
+    def _told(self, state: int, fresh: bool) -> str:
+        step = int(self._states["step"][state])
+        if fresh:
+            return f"the world that begins at step {step:,}"
+        row = self._recording.transitions[self.n_actions]
+        return f"action {self.n_actions:,} (steps {row['first_step']:,} to {step:,})"
+
+
+class _Images:
+    """The recorded images, read by whole chunks."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._first = -IMAGES_A_CHUNK
+        self._chunk: NDArray[np.uint8] = np.empty(0, np.uint8)
+
+    def __getitem__(self, state: int) -> NDArray[np.uint8]:
+        if not 0 <= state - self._first < IMAGES_A_CHUNK:
+            self._first = state - state % IMAGES_A_CHUNK
+            self._chunk = self._recording.images(self._first, IMAGES_A_CHUNK)
+        image: NDArray[np.uint8] = self._chunk[state - self._first]
+        return image
+
+
+def _image_differs(
+    recorded: NDArray[np.uint8], replayed: NDArray[np.uint8]
+) -> Iterator[Difference]:
+    if recorded.shape != replayed.shape:
+        yield Difference(f"image is of shape {recorded.shape}, not {replayed.shape}")
+    elif (recorded != replayed).any():
+        pixels = np.asarray(recorded != replayed).any(axis=-1).sum()
+        yield Difference("image", float(pixels), "pixels")

@@ -1,0 +1,147 @@
+"""Verifies a result: its trials by replay, and all that it says beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from real_bench.conditions import Condition
+from real_bench.errors import Interrupted, ResultError
+from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
+from real_bench.phases.stopping import StopRequest, stop_requests
+from real_bench.phases.workers import in_processes
+from real_bench.scoring.result import Result, Setting, TrialResult, parse_content
+from real_bench.scoring.result_file import read_content
+from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
+from real_bench.verification.claims import Claims
+from real_bench.verification.trials import TrialReplayer
+from real_bench.verification.verdicts import ResultVerdict, TrialCheck
+
+Report = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class ResultVerification:
+    """A result to be verified.
+
+    Attributes:
+        path: the result.
+        goals: its goal set; the shipped one where None.
+        scene: its scene, a name or manifest; the shipped one of its name where None.
+        run: the recording that was learned from, to be checked too.
+        controller: the controller that was tested, to be checked too; none of it is run.
+        may_be_incomplete: whether a result passes whose trials have not all been made.
+        jobs: number of processes.
+    """
+
+    path: Path
+    goals: Path | None = None
+    scene: str | None = None
+    run: Path | None = None
+    controller: str | None = None
+    may_be_incomplete: bool = False
+    jobs: int = 1
+
+    def verify(self, report: Report) -> ResultVerdict:
+        """Replay every trial.
+
+        Args:
+            report: told at first and after each trial how many were replayed, of how many.
+
+        Raises:
+            ResultError: it cannot be read or contradicts itself, its commands were not kept, or
+                goals or scene are not those that it is of.
+            Interrupted: the user stopped it.
+            RealBenchError: goals, scene or recording cannot be read.
+        """
+        if self.jobs < 1:
+            raise ResultError(f"--jobs must be at least 1, not {self.jobs}")
+        content = read_content(self.path)
+        result = parse_content(content, self.path)
+        self._check_can_be_replayed(result)
+        scene = self._scene(result.setting)
+        goal_set = self._goal_set(result.setting, scene)
+        claims = Claims(content, result, scene, goal_set)
+        claims.check(self.run, self.controller)
+        make = partial(
+            TrialReplayer,
+            scene,
+            Condition.parse(result.setting.condition),
+            goal_set,
+            result.setting.trial_steps,
+        )
+        checks = []
+        report(0, len(result.trials))
+        with stop_requests() as stop:
+            for check in self._checks(make, result.trials, stop):
+                checks.append(check)
+                report(len(checks), len(result.trials))
+        if len(checks) < len(result.trials):
+            raise Interrupted(f"stopped after {len(checks)} of {len(result.trials)} trials")
+        return ResultVerdict(
+            path=self.path,
+            score=result.score,
+            n_goals=result.setting.n_goals,
+            checks=tuple(sorted(checks, key=lambda check: check.goal)),
+            faults=tuple(claims.faults),
+            notes=tuple(claims.notes),
+            may_be_incomplete=self.may_be_incomplete,
+        )
+
+    def _check_can_be_replayed(self, result: Result) -> None:
+        if not result.trials:
+            raise ResultError(f"{self.path} has no trial yet: there is nothing to verify")
+        if not result.keeps_commands:
+            raise ResultError(
+                f"{self.path} was made before commands were kept in results: "
+                "it cannot be replayed (test again to get one that can)"
+            )
+
+    def _scene(self, setting: Setting) -> Scene:
+        if self.scene is None and setting.scene not in shipped_scenes():
+            raise ResultError(
+                f"scene {setting.scene[:40]!r} of {self.path} does not ship with realbench: "
+                "give its manifest with --scene"
+            )
+        scene = load_scene(setting.scene if self.scene is None else self.scene)
+        if scene.sha256 != setting.scene_sha256:
+            raise ResultError(
+                f"{self.path} is of scene {setting.scene[:40]} ({setting.scene_sha256[:12]}), "
+                f"not of this {scene.name} ({scene.sha256[:12]})"
+            )
+        return scene
+
+    def _goal_set(self, setting: Setting, scene: Scene) -> GoalSet:
+        goal_set = load_goal_set(self.goals or shipped_goal_set(setting.objects))
+        if goal_set.sha256 != setting.goals_sha256:
+            which = str(self.goals) if self.goals else "the shipped ones"
+            raise ResultError(
+                f"{self.path} is of goals {setting.goals_sha256[:12]}, not of {which} "
+                f"({goal_set.sha256[:12]}): give its own with --goals"
+            )
+        goal_set.check_fits(scene, setting.objects)
+        if setting.n_goals > len(goal_set):
+            raise ResultError(
+                f"{self.path} is of {setting.n_goals} goals, the set has {len(goal_set)}"
+            )
+        return goal_set
+
+    def _checks(
+        self, make: Callable[[], TrialReplayer], trials: tuple[TrialResult, ...], stop: StopRequest
+    ) -> Iterator[TrialCheck]:
+        jobs = min(self.jobs, len(trials))
+        if jobs > 1:
+            yield from in_processes(partial(_checker, make), trials, jobs, stop, "try again")
+            return
+        with closing(make()) as replayer:
+            for trial in trials:
+                if stop.made:
+                    return
+                yield replayer.check(trial)
+
+
+def _checker(make: Callable[[], TrialReplayer]) -> Callable[[TrialResult], TrialCheck]:
+    return make().check
