@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action, Command, action_segments, make_control
 from real_bench.conditions import Condition
+from real_bench.errors import PhysicsError
 from real_bench.goal_sets import Goal
 from real_bench.observation import Observation
 from real_bench.simulation import Image, Segment, Simulation
 from real_bench.simulation.scene import Scene
+from real_bench.simulation.simulation import SHOWN_COMMANDS
 from real_bench.spaces import action_space, observation_space
 
 Watcher = Callable[[], None]
@@ -63,12 +65,23 @@ class Task:
         self._watcher, self._watch_every = watcher, every
 
     def step(self, command: Command) -> None:
-        """One step of one command."""
+        """One step of one command; raises PhysicsError."""
         self._follow(self.control.segments(command, 1, self.simulation))
 
     def execute(self, action: Action) -> None:
-        """A whole action, checked before (see :func:`real_bench.actions.check_action`)."""
-        self._follow(action_segments(action, self.control, self.simulation))
+        """A whole action, checked before (see :func:`real_bench.actions.check_action`).
+
+        Raises:
+            PhysicsError: the world exploded; with the steps in which, and the action.
+        """
+        began = self.n_steps
+        try:
+            self._follow(action_segments(action, self.control, self.simulation))
+            self.simulation.object_poses()  # what explodes in the very last steps is of this action
+        except PhysicsError as error:
+            commands = np.round(action.commands, 6).tolist()
+            told = str(commands if len(commands) <= SHOWN_COMMANDS else [*commands[:2], "..."])
+            raise PhysicsError(f"{error}; the action since step {began:,} is {told}") from error
 
     def observe(self, *, render: bool = True) -> Observation:
         """What is seen now; camera images are zeros where ``render`` is false."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
-from real_bench.errors import RealBenchError
+from real_bench.errors import PhysicsError, RealBenchError
 from real_bench.finding import find_controller, resolved, source_sha256
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
@@ -95,7 +95,10 @@ class TrialMaker:
     def make(self, number: int) -> tuple[TrialResult, float]:
         """Test one goal; returns the result and the seconds it took."""
         began = time.monotonic()
-        result = self._trial(number)
+        try:
+            result = self._trial(number)
+        except PhysicsError as error:
+            raise PhysicsError(f"goal {number}: {error}") from error
         return result, time.monotonic() - began
 
     def close(self) -> None:

@@ -28,6 +28,7 @@ FASTEST_OBJECT = 20.0
 fastest seen in 300 random macros and 600 random joint actions was 4.6 m/s."""
 
 LONGEST_UNWATCHED = 100
+SHOWN_COMMANDS = 3
 
 Segment = tuple[Sequence[float], int]
 """Nine joint commands (radians) and the number of steps for which they are held."""
@@ -86,19 +87,21 @@ class Simulation:
             self.set_object_poses(object_poses)
         self.camera = Camera(self.scene.manifest.camera, client)
         self._unwatched_steps = 0
-        self.n_put_back = 0
+        self.n_put_back = self.n_steps = self._well_at = 0
+        self._held: list[Segment] = []  # since all was well, each with the step it began at
 
     def hold(self, command: Sequence[float], n_steps: int) -> None:
         """Ask for nine joint commands during ``n_steps`` steps.
 
         The loop is written for speed: it must cost little beside Bullet's own step. Raises
-        PhysicsError where an object's pose is no longer a number.
+        PhysicsError, with step and command, where an object's pose is no longer a number.
         """
         client, body = self.client, self.robot.body
         observed, driven = self.robot.observed_joints, self.robot.driven_joints
         read_joints, step = pybullet.getJointStates, pybullet.stepSimulation
         joints = self.robot.ways_to(command)
         sent = None
+        self._held.append((command, self.n_steps))
         for _ in range(n_steps):
             targets = [
                 angle + way
@@ -124,6 +127,7 @@ class Simulation:
                 )
                 sent = targets
             step(client)
+            self.n_steps += 1
 
     def follow(self, segments: Iterable[Segment]) -> None:
         """Hold one command after the other; segments may be made while they are followed."""
@@ -131,8 +135,11 @@ class Simulation:
             self.hold(command, n_steps)
 
     def joint_positions(self) -> NDArray[np.float64]:
-        """The nine observed joint angles, (9,) radians."""
-        return self.robot.joint_positions()
+        """The nine observed joint angles, (9,) radians; raises PhysicsError."""
+        joints = self.robot.joint_positions()
+        if not np.isfinite(joints).all():
+            raise self._explosion(f"joint positions are {joints.tolist()}")
+        return joints
 
     def touch_sensors(self) -> NDArray[np.float64]:
         """The largest normal force on each of the four skins, (4,) newtons."""
@@ -146,7 +153,7 @@ class Simulation:
         """
         poses = np.array([[*p, *q] for p, q in map(self._pose, self._bodies)])
         if not np.isfinite(poses).all():
-            raise PhysicsError(f"the physics exploded: object poses are {poses.tolist()}")
+            raise self._explosion(f"object poses are {poses.tolist()}")
         return poses
 
     def set_object_poses(self, poses: NDArray[np.float64]) -> None:
@@ -194,6 +201,23 @@ class Simulation:
                 way = 0.0
             nearest = min(nearest, way)
         self._unwatched_steps = int(min(nearest / (FASTEST_OBJECT * STEP_S), LONGEST_UNWATCHED))
+        self._well_at = self.n_steps
+        del self._held[:-1]
+
+    def _explosion(self, what: str) -> PhysicsError:
+        """The error of a world that is no longer one of numbers.
+
+        Objects are looked at now and then, so it is known in which steps it happened, and what
+        was commanded in them.
+        """
+        commands = [
+            f"{np.round(command, 6).tolist()} from step {step:,} on" for command, step in self._held
+        ]
+        shown = commands if len(commands) <= SHOWN_COMMANDS else [commands[0], "...", commands[-1]]
+        return PhysicsError(
+            f"the physics exploded between steps {self._well_at:,} and {self.n_steps:,} of this "
+            f"world: {what}; the joints were commanded {', '.join(shown) or 'nothing'}"
+        )
 
     def _way_to_fall(self, x: float, z: float) -> float:
         """How far an object is from counting as fallen, at least; negative when it does."""
@@ -201,7 +225,7 @@ class Simulation:
 
     def _put_back(self, index: int, z: float) -> None:
         if z != z:
-            raise PhysicsError(f"the physics exploded: {self.object_names[index]} is at z = {z}")
+            raise self._explosion(f"{self.object_names[index]} is at z = {z}")
         position, quaternion = self._start_poses[index]
         pybullet.resetBasePositionAndOrientation(
             self._bodies[index], position, quaternion, physicsClientId=self.client

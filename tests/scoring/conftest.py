@@ -3,6 +3,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import settings
 
+from real_bench.actions import Action
+from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
 from real_bench.scoring.result import Result, Setting, TrialResult
 
@@ -31,7 +33,13 @@ def setting() -> Setting:
 
 
 @pytest.fixture(scope="session")
-def result(setting: Setting) -> Result:
+def commands() -> Commands:
+    """Of 10,000 steps."""
+    return Commands.of([Action.macro([[-0.1, 0.01 * k], [0.0, -0.2]]) for k in range(10)])
+
+
+@pytest.fixture(scope="session")
+def result(setting: Setting, commands: Commands) -> Result:
     """Three of four trials: objects at their goals, 10 cm away, 20 cm away."""
     result = Result(setting=setting)
     for goal, (challenge, distance) in enumerate([("2D", 0.0), ("2D", 0.1), ("3D", 0.2)]):
@@ -41,7 +49,8 @@ def result(setting: Setting) -> Result:
             score=float(object_scores([distance, distance]).sum()),
             distances=(distance, distance),
             final_poses=((0.1, 0.2, 0.3, 0, 0, 0, 1), (0.3, 0.2, 0.1, 0, 0, 0, 1)),
-            actions_sha256="4" * 64,
+            actions_sha256=commands.sha256,
+            commands=commands,
         )
         result = result.with_trial(trial, seconds=1.5)
     return result

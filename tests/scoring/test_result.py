@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 import operator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +13,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from real_bench.actions import Action
 from real_bench.errors import ResultError
 from real_bench.files import OutputError
+from real_bench.scoring import result_file
+from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
+from real_bench.scoring.result_file import sealed
 
 NUMBERS = st.floats(-5, 5)
+COMMANDS = Commands.of([Action.rest(4, 10_000)])
+RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
 Content = dict[str, Any]
 
 
@@ -35,7 +43,8 @@ def trial(draw: st.DrawFn, goal: int) -> TrialResult:
         score=float(object_scores(away).sum()),
         distances=away,
         final_poses=draw(st.tuples(st.tuples(*[NUMBERS] * 7), st.tuples(*[NUMBERS] * 7))),
-        actions_sha256="5" * 64,
+        actions_sha256=COMMANDS.sha256,
+        commands=COMMANDS,
     )
 
 
@@ -117,17 +126,22 @@ def check_tampered(result: Result, path: Path, place: tuple[Any, ...], change: C
     functools.reduce(operator.getitem, place, content).update(change)
     path.write_text(json.dumps(content))
     check_refused(path)
+    with contextlib.suppress(ValueError, AttributeError):  # some changes cannot be sealed
+        path.write_text(json.dumps(sealed(content)))
+    check_refused(path)
 
 
 @pytest.mark.parametrize(
     ("place", "change"),
     [
-        (TOP, {"version": 2}),
-        (TOP, {"version": "1"}),
+        (TOP, {"version": 1}),
+        (TOP, {"version": 3}),
+        (TOP, {"version": "2"}),
         (TOP, {"format": "other"}),
         (TOP, {"opinion": "good"}),
         (TOP, {"trials": None}),
         (TOP, {"timing": {"seconds": {"first": 1}}}),
+        (TOP, {"timing": [1]}),
         (SETTING, {"n_goals": 2}),
         (SETTING, {"objects": "two"}),
         (SETTING, {"versions": None}),
@@ -139,6 +153,9 @@ def check_tampered(result: Result, path: Path, place: tuple[Any, ...], change: C
         (TRIAL, {"score": None}),
         (TRIAL, {"final_poses": [[0, 0, 0]]}),
         (TRIAL, {"opinion": "good"}),
+        (TRIAL, {"actions_sha256": "0" * 64}),
+        (TRIAL, {"commands": None}),
+        (SETTING, {"trial_steps": 9_999}),
     ],
     ids=str,
 )
@@ -183,3 +200,86 @@ def test_a_result_appears_whole_or_not_at_all(result: Result, tmp_path: Path) ->
 def test_scores_are_those_of_the_distances(result: Result) -> None:
     for trial in result.trials:
         assert trial.score == pytest.approx(np.power(0.25, np.array(trial.distances) / 0.1).sum())
+
+
+def leaves(content: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where every number and text of a file is."""
+    if isinstance(content, dict | list):
+        for key in content if isinstance(content, dict) else range(len(content)):
+            yield from leaves(content[key], (*place, key))
+    else:
+        yield place
+
+
+def altered(value: Any) -> Any:
+    """Something else, no farther away than it can be."""
+    if isinstance(value, bool) or value is None:
+        return not value
+    if isinstance(value, int):
+        return value + 1
+    return float(np.nextafter(value, 9)) if isinstance(value, float) else f"{value}0"
+
+
+def test_whatever_is_altered_breaks_the_seal(result: Result, tmp_path: Path) -> None:
+    path = tmp_path / "score.json"
+    result.save(path)
+    places = list(leaves(json.loads(path.read_text())))
+    assert len(places) > 100
+    for *above, last in places:
+        content = json.loads(path.read_text())
+        holder = functools.reduce(operator.getitem, above, content)
+        holder[last] = altered(holder[last])
+        (tmp_path / "altered.json").write_text(json.dumps(content))
+        check_refused(tmp_path / "altered.json")
+
+
+def test_the_seal_is_of_the_values_not_of_their_layout(result: Result, tmp_path: Path) -> None:
+    content = result.to_json()
+    shuffled = dict(reversed(json.loads(json.dumps(content)).items()))
+    (tmp_path / "score.json").write_text(json.dumps(shuffled, indent=7))
+    assert load_result(tmp_path / "score.json") == result
+
+
+def test_the_seal_does_not_depend_on_the_time_it_took(result: Result) -> None:
+    slower = result.model_copy(update={"seconds": {0: 9.0, 1: 9.0, 2: 9.0}})
+    one, other = result.to_json(), slower.to_json()
+    assert one["seal"] == other["seal"]
+    assert one["timing"]["seal"] != other["timing"]["seal"]
+
+
+def test_a_name_that_is_given_twice_is_refused(result: Result, tmp_path: Path) -> None:
+    text = json.dumps(result.to_json())
+    (tmp_path / "score.json").write_text(text.replace('"seed": 0', '"seed": 0, "seed": 0'))
+    check_refused(tmp_path / "score.json")
+
+
+def test_a_file_that_is_too_large_is_neither_written_nor_read(
+    result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "score.json"
+    result.save(path)
+    before = path.read_bytes()
+    monkeypatch.setattr(result_file, "LARGEST_FILE", len(before) - 1)
+    with pytest.raises(ResultError, match="fewer goals"):
+        result.save(path)
+    assert path.read_bytes() == before
+    check_refused(path)
+
+
+def test_results_without_commands_are_still_read(result: Result, tmp_path: Path) -> None:
+    kept = list(RESULTS.rglob("real_r-*.json"))
+    assert len(kept) > 10
+    for path in kept:
+        assert load_result(path).score == json.loads(path.read_text())["summary"][-1]["score"]
+    old = load_result(kept[0])
+    assert not old.keeps_commands
+    assert result.keeps_commands
+    old.save(tmp_path / "score.json")
+    assert load_result(tmp_path / "score.json") == old
+    assert json.loads((tmp_path / "score.json").read_text())["version"] == 1
+
+
+def test_all_trials_keep_their_commands_or_none_does(result: Result) -> None:
+    bare = result.trials[0].model_copy(update={"commands": None})
+    with pytest.raises(ValueError, match="or none does"):
+        Result(setting=result.setting, trials=(bare, *result.trials[1:]))

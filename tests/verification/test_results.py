@@ -1,0 +1,302 @@
+"""Results: the honest verify, the others do not."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from real_bench.actions import Action
+from real_bench.errors import RealBenchError, ResultError
+from real_bench.goal_sets import GoalSet, save_goal_set
+from real_bench.scoring.commands import Commands
+from real_bench.scoring.result import Result, load_result
+from real_bench.simulation import HOME, Scene, Simulation
+from real_bench.verification import ResultVerdict, ResultVerification
+from tests.phases.conftest import guest
+from tests.recording.bench import ignore
+from tests.verification.conftest import MakeResult, altered, forged, play
+
+EVALUATION = Path(__file__).parents[2] / "evaluation"
+
+NOT_PROVED = re.compile(
+    r"setting\.(controller|controller_sha256|run_sha256|run_steps|seed|versions\..*|settings\..*)"
+    r"|timing\.seconds\..*"
+)
+"""What a forger may change who seals the file anew; docs/verification.md says so."""
+
+
+def verify(path: Path, goals_path: Path, **options: Any) -> ResultVerdict:
+    return ResultVerification(path, goals_path, **options).verify(ignore_two)
+
+
+def ignore_two(done: int, total: int) -> None:
+    assert 0 <= done <= total
+
+
+def test_an_honest_result_verifies(honest: Path, goals_path: Path) -> None:
+    verdict = verify(honest, goals_path)
+    assert verdict.holds
+    assert [check.goal for check in verdict.checks] == [0, 1]
+    assert verdict.score == load_result(honest).score
+    assert verdict.lines()[-1].startswith("verified: 2 of 2 trials replay bit for bit, score 0.")
+
+
+@pytest.mark.parametrize(
+    ("controller", "condition"),
+    [
+        ("real_r", "OJ"),  # lines between via points
+        (guest("series:StepMacros"), "OM"),
+        (guest("tested:GlobalRandomness"), "OJ"),  # another command at every step
+        ("real_r", "OC"),
+    ],
+)
+def test_every_way_of_control_verifies(
+    make_result: MakeResult, goals_path: Path, controller: str, condition: str
+) -> None:
+    path = make_result(controller, condition, n_trials=1, trial_steps=1500)
+    assert verify(path, goals_path).holds
+
+
+def test_processes_and_other_simulations_change_nothing(
+    make_result: MakeResult, goals_path: Path, builtin_scene: Scene
+) -> None:
+    path = make_result(n_trials=3)
+    with Simulation(builtin_scene, 3) as first, Simulation(builtin_scene, 2) as second:
+        first.hold(HOME, 300)
+        second.hold([0.3] * 9, 300)
+        alone = verify(path, goals_path)
+        shared = verify(path, goals_path, jobs=2)
+    assert alone.holds
+    assert alone == shared
+
+
+def test_what_it_learned_from_is_checked(
+    builtin_scene: Scene, make_result: MakeResult, goals_path: Path, tmp_path: Path
+) -> None:
+    run = play(builtin_scene, tmp_path / "run.h5", 3000)
+    other = play(builtin_scene, tmp_path / "other.h5", 2000)
+    path = make_result("real_d", n_trials=1, run=run)
+    assert "give it with --run" in " ".join(verify(path, goals_path).notes)
+    checked = verify(path, goals_path, run=run)
+    assert checked.holds
+    assert "--run" not in " ".join(checked.notes)
+    wrong = verify(path, goals_path, run=other)
+    assert not wrong.holds
+    assert [fault.rpartition(": ")[2] for fault in wrong.faults] == [
+        "its hash is another one",
+        "it has 2,000 steps, not 3,000",
+    ]
+
+
+def test_the_controller_is_checked_and_not_run(
+    honest: Path, make_result: MakeResult, goals_path: Path, tmp_path: Path
+) -> None:
+    source = Path(guest("series:Macros").partition(":")[0]).read_text()
+    (tmp_path / "mine.py").write_text(source)
+    spec = f"{tmp_path / 'mine.py'}:Macros"
+    path = make_result(spec, n_trials=1)
+    assert verify(path, goals_path).holds
+    assert verify(path, goals_path, controller=spec).holds
+    (tmp_path / "mine.py").write_text(source + "\nraise SystemExit\n")
+    assert "not the one tested" in " ".join(verify(path, goals_path).notes)
+    asked = verify(path, goals_path, controller=spec)
+    assert not asked.holds
+    assert "not the one tested" in asked.faults[0]
+    (tmp_path / "mine.py").unlink()
+    assert "is not here" in " ".join(verify(path, goals_path).notes)
+    with pytest.raises(ResultError, match="no file of it"):
+        verify(path, goals_path, controller=spec)
+    assert not verify(honest, goals_path, controller="real_d").holds
+    assert verify(honest, goals_path, controller="real_r").holds
+
+
+def leaves(content: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where every number and text of a file is, but for the seals."""
+    if isinstance(content, dict | list):
+        for key in content if isinstance(content, dict) else range(len(content)):
+            yield from leaves(content[key], (*place, key))
+    elif place[-1] != "seal":
+        yield place
+
+
+def something_else(value: Any) -> Any:
+    if isinstance(value, bool) or value is None:
+        return not value
+    if isinstance(value, int):
+        return value + 1
+    return float(np.nextafter(value, 9)) if isinstance(value, float) else f"{value}0"
+
+
+def test_a_forger_who_seals_anew_is_found_out_by_the_replay(honest: Path, goals_path: Path) -> None:
+    """Every number and text but those that no replay can prove, changed by as little as can be."""
+    places = list(leaves(json.loads(honest.read_text())))
+    unproved = set()
+    for place in places:
+        try:
+            verdict = verify(altered(honest, place, something_else), goals_path)
+        except RealBenchError:
+            continue
+        if verdict.holds:
+            unproved.add(".".join(map(str, place)))
+    assert len(places) > 80
+    assert [name for name in unproved if not NOT_PROVED.fullmatch(name)] == []
+    assert unproved  # else the documents are wrong
+
+
+def test_a_broken_seal_does_not_verify(honest: Path, goals_path: Path) -> None:
+    content = json.loads(honest.read_text())
+    content["timing"]["seconds"]["0"] += 1
+    forgery = honest.with_name("unsealed.json")
+    forgery.write_text(json.dumps(content))
+    verdict = verify(forgery, goals_path)
+    assert not verdict.different
+    assert verdict.lines()[-1].startswith(
+        "does not verify: the trials replay bit for bit, but the file was altered"
+    )
+
+
+def moved(result: Result, goal: int, metres: float) -> Result:
+    """A result in which a trial ended a bit farther along x, and all that follows from that."""
+    trials = list(result.trials)
+    pose = np.array(trials[goal].final_poses)
+    pose[0, 0] += metres
+    trials[goal] = trials[goal].model_copy(update={"final_poses": (tuple(pose[0].tolist()),)})
+    return result.model_copy(update={"trials": tuple(trials)})
+
+
+def test_the_first_goal_that_differs_is_told_and_by_how_much(
+    honest: Path, goals_path: Path
+) -> None:
+    result = load_result(honest)
+    forgery = forged(honest, moved(moved(result, 1, 0.25), 1, 0.25).to_json())
+    verdict = verify(forgery, goals_path)
+    assert [check.goal for check in verdict.different] == [1]
+    assert verdict.lines()[-1] == (
+        "does not verify: 1 of 2 trials differ, first goal 1: position of cube differs by 0.5 m"
+    )
+    assert verdict.to_json()["first_difference"]["differences"][0]["by"] == pytest.approx(0.5)
+
+
+def with_commands(result: Result, goal: int, commands: Commands) -> Result:
+    trials = list(result.trials)
+    hashed = {"commands": commands, "actions_sha256": commands.sha256}
+    trials[goal] = trials[goal].model_copy(update=hashed)
+    return result.model_copy(update={"trials": tuple(trials)})
+
+
+def test_other_commands_do_not_lead_to_the_same_end(honest: Path, goals_path: Path) -> None:
+    result = load_result(honest)
+    other = Commands.of([Action.macro([[-0.1, 0.3], [-0.1, -0.3]]).first(800)])
+    verdict = verify(forged(honest, with_commands(result, 1, other).to_json()), goals_path)
+    assert [check.goal for check in verdict.different] == [1]
+
+
+@pytest.mark.parametrize(
+    ("commands", "complaint"),
+    [
+        (Commands.of([Action.rest(9, 800)]), r"shape \(k, 4\)"),
+        (Commands.of([Action(np.zeros((1, 4)), np.array([800]), np.array([True]))]), "straight"),
+    ],
+)
+def test_commands_of_another_control_are_told(
+    honest: Path, goals_path: Path, commands: Commands, complaint: str
+) -> None:
+    result = load_result(honest)
+    verdict = verify(forged(honest, with_commands(result, 0, commands).to_json()), goals_path)
+    assert re.search(complaint, str(verdict.checks[0]))
+    assert verdict.checks[1].differences == ()
+
+
+def test_a_trial_that_began_elsewhere_is_found(
+    make_result: MakeResult, goals: GoalSet, goals_path: Path, honest: Path
+) -> None:
+    """Tested from starts nearer to the goals, and then said to be of the true ones."""
+    near = tuple(
+        dataclasses.replace(goal, initial_poses=goal.final_poses + [0.02, 0, 0, 0, 0, 0, 0])
+        for goal in goals.goals
+    )
+    path = make_result(goal_set=dataclasses.replace(goals, goals=near))
+    assert load_result(path).score > load_result(honest).score
+    verdict = verify(altered(path, ("setting", "goals_sha256"), lambda _: goals.sha256), goals_path)
+    assert len(verdict.different) == 2
+
+
+def test_altered_goals_are_not_the_goals(
+    honest: Path, goals: GoalSet, tmp_path: Path, goals_path: Path
+) -> None:
+    poses = goals.goals[2].final_poses.copy()
+    poses[0, 0] = np.nextafter(poses[0, 0], 9)
+    others = (*goals.goals[:2], dataclasses.replace(goals.goals[2], final_poses=poses))
+    save_goal_set(dataclasses.replace(goals, goals=others), tmp_path / "goals.npy")
+    with pytest.raises(ResultError, match="give its own with --goals"):
+        verify(honest, tmp_path / "goals.npy")
+    assert verify(honest, goals_path).holds
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"goals": None}, "not of the shipped ones"),
+        ({"jobs": 0}, "--jobs must be at least 1, not 0"),
+        ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "before commands were kept"),
+        ({"path": EVALUATION / "README.md"}, "cannot be read"),
+        ({"scene": "moon"}, "unknown scene"),
+    ],
+)
+def test_what_cannot_be_replayed_is_refused(
+    honest: Path, goals_path: Path, options: dict[str, Any], complaint: str
+) -> None:
+    wanted = {"path": honest, "goals": goals_path, **options}
+    with pytest.raises(RealBenchError, match=complaint) as caught:
+        ResultVerification(**wanted).verify(ignore_two)
+    assert "\n" not in str(caught.value)
+
+
+def test_another_scene_is_refused(honest: Path, goals_path: Path, official_scene: Scene) -> None:
+    with pytest.raises(ResultError, match="is of scene builtin .* not of this official"):
+        verify(honest, goals_path, scene=official_scene.source)
+
+
+def test_a_result_without_trials_is_refused(honest: Path, goals_path: Path) -> None:
+    empty = load_result(honest).model_copy(update={"trials": (), "seconds": {}})
+    with pytest.raises(ResultError, match="no trial yet"):
+        verify(forged(honest, empty.to_json()), goals_path)
+
+
+def test_an_incomplete_result_passes_only_when_asked(honest: Path, goals_path: Path) -> None:
+    result = load_result(honest)
+    part = result.model_copy(update={"trials": result.trials[:1], "seconds": {}})
+    path = forged(honest, part.to_json())
+    verdict = verify(path, goals_path)
+    assert not verdict.holds
+    assert "incomplete, 1 of 2 trials; these replay" in verdict.lines()[-1]
+    assert verify(path, goals_path, may_be_incomplete=True).holds
+
+
+def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
+    path = altered(honest, ("setting", "versions", "pybullet"), lambda _: "3.0.0\nby me")
+    verdict = verify(path, goals_path)
+    assert "pybullet was 3.0.0?by me, here it is" in verdict.notes[0]
+    assert verdict.holds
+
+
+def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
+    """The same commands might have been chosen from images; docs/verification.md says so."""
+    assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
+    assert not verify(
+        altered(honest, ("setting", "condition"), lambda _: "OJ"), goals_path
+    ).holds
+
+
+def test_nobody_need_report(honest: Path, goals_path: Path) -> None:
+    seen: list[tuple[int, int]] = []
+    ResultVerification(honest, goals_path).verify(lambda done, total: seen.append((done, total)))
+    assert seen == [(0, 2), (1, 2), (2, 2)]
+    ignore(seen)
