@@ -15,10 +15,8 @@ from real_bench.recording import Recording, package_versions
 from real_bench.scoring.result import Result
 from real_bench.scoring.result_file import Content, is_sealed
 from real_bench.simulation.scene import Scene
+from real_bench.verification.quoting import quoted
 from real_bench.verification.versions import versions_differ
-
-LONGEST_QUOTE = 80
-"""Of what a stranger's file says, in a line of ours."""
 
 
 class Claims:
@@ -61,7 +59,7 @@ class Claims:
         if (self._setting.scene, self._setting.object_names) != (scene, names):
             told = f"{self._setting.scene} with {', '.join(self._setting.object_names)}"
             self.faults.append(
-                f"it names scene {_quoted(told)}, these are {scene} with {', '.join(names)}"
+                f"it names scene {quoted(told)}, these are {scene} with {', '.join(names)}"
             )
 
     def _check_summary(self) -> None:
@@ -104,13 +102,7 @@ class Claims:
         if file is None and controller is not None:
             raise ResultError(f"controller {named}: no file of it can be found")
         if file is None:
-            self.notes.append(f"controller {_quoted(named)} is not here: its hash is not checked")
+            self.notes.append(f"controller {quoted(named)} is not here: its hash is not checked")
         elif file_sha256(file) != self._setting.controller_sha256:
             where = self.notes if controller is None else self.faults
-            where.append(f"controller {_quoted(named)} as it is here is not the one tested")
-
-
-def _quoted(text: str) -> str:
-    """A stranger's text in one short line."""
-    line = "".join(letter if letter.isprintable() else "?" for letter in text)
-    return line if len(line) <= LONGEST_QUOTE else line[: LONGEST_QUOTE - 3] + "..."
+            where.append(f"controller {quoted(named)} as it is here is not the one tested")

@@ -17,6 +17,7 @@ from real_bench.scoring.result import Result, Setting, TrialResult, parse_conten
 from real_bench.scoring.result_file import read_content
 from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
 from real_bench.verification.claims import Claims
+from real_bench.verification.quoting import quoted
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
 
@@ -103,13 +104,14 @@ class ResultVerification:
     def _scene(self, setting: Setting) -> Scene:
         if self.scene is None and setting.scene not in shipped_scenes():
             raise ResultError(
-                f"scene {setting.scene[:40]!r} of {self.path} does not ship with realbench: "
+                f"scene {quoted(setting.scene)} of {self.path} does not ship with realbench: "
                 "give its manifest with --scene"
             )
         scene = load_scene(setting.scene if self.scene is None else self.scene)
         if scene.sha256 != setting.scene_sha256:
             raise ResultError(
-                f"{self.path} is of scene {setting.scene[:40]} ({setting.scene_sha256[:12]}), "
+                f"{self.path} is of scene {quoted(setting.scene)} "
+                f"({quoted(setting.scene_sha256[:12])}), "
                 f"not of this {scene.name} ({scene.sha256[:12]})"
             )
         return scene
@@ -119,7 +121,7 @@ class ResultVerification:
         if goal_set.sha256 != setting.goals_sha256:
             which = str(self.goals) if self.goals else "the shipped ones"
             raise ResultError(
-                f"{self.path} is of goals {setting.goals_sha256[:12]}, not of {which} "
+                f"{self.path} is of goals {quoted(setting.goals_sha256[:12])}, not of {which} "
                 f"({goal_set.sha256[:12]}): give its own with --goals"
             )
         goal_set.check_fits(scene, setting.objects)

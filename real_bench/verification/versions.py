@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from real_bench.recording import package_versions
+from real_bench.verification.quoting import quoted
 
 DECISIVE = ("pybullet", "numpy")
 
@@ -13,7 +14,7 @@ def versions_differ(recorded: Mapping[str, str]) -> list[str]:
     """A note for each package that is another here than it was then."""
     here = package_versions()
     return [
-        f"{name} was {str(recorded.get(name, 'unknown'))[:40]}, here it is {here[name]}: "
+        f"{name} was {quoted(recorded.get(name, 'unknown'))}, here it is {here[name]}: "
         "bits may differ"
         for name in DECISIVE
         if recorded.get(name) != here[name]

@@ -94,6 +94,14 @@ def test_json_is_all_that_is_printed(workplace: Path) -> None:
     assert json.loads(printed.stdout) == json.loads((workplace / "score.json").read_text())
 
 
+def test_what_was_tested_and_played_can_be_proved(workplace: Path) -> None:
+    arguments = ["score.json", "--goals", "goals.npy", "--run", "run.h5", "--controller", "real_r"]
+    proved = realbench(workplace, "verify", *arguments).stdout
+    assert "verified: 2 of 2 trials replay bit for bit" in proved
+    assert "note" not in proved
+    assert "3,000 of 3,000 steps" in realbench(workplace, "verify", "run.h5").stdout
+
+
 def test_pictures_and_films_of_trials(workplace: Path) -> None:
     arguments = ["--goals", "goals.npy", "--out", "filmed.json", "--trials", "1"]
     realbench(workplace, "extrinsic", *arguments, "--pictures", "pictures", "--video", "films")

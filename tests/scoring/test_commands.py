@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from real_bench.actions import Action
 from real_bench.errors import ResultError
@@ -130,7 +131,7 @@ def test_what_is_packed_by_hand_is_read() -> None:
     ids=lambda content: str({**content, "data": str(content["data"])[:12]}),
 )
 def test_what_is_not_commands_is_refused(content: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match="."):  # pydantic's error is one
+    with pytest.raises(ValidationError):
         Commands.model_validate(content)
 
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from real_bench.actions import plan_macro
+from real_bench.actions import Action, plan_macro
+from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation import HOME, Scene, Simulation
+from real_bench.simulation.bullet import pybullet
+from real_bench.task import Task
 
 PUSH = (-0.1, 0.2, -0.1, -0.2)
 
@@ -83,6 +88,39 @@ def test_a_pose_that_is_no_number_is_a_named_error(builtin_scene: Scene) -> None
             simulation.hold(HOME, 1)
         with pytest.raises(PhysicsError, match="exploded"):
             simulation.object_poses()
+
+
+@pytest.mark.parametrize("step", [0, 430, 999])
+def test_an_explosion_is_told_with_its_steps_and_commands(builtin_scene: Scene, step: int) -> None:
+    task = Task(builtin_scene, Condition.parse("OM"))
+    simulation, nowhere = task.simulation, (0.0, 0.0, float("nan"))
+
+    def explode() -> None:
+        if task.n_steps == 1001 + step:
+            pybullet.resetBasePositionAndOrientation(
+                simulation._bodies[0], nowhere, (0, 0, 0, 1), physicsClientId=simulation.client
+            )
+
+    task.begin()
+    task.execute(Action.macro(PUSH))
+    task.watch(explode, 1)
+    with pytest.raises(PhysicsError) as caught:
+        task.execute(Action.macro([0.0, 0.1, 0.0, -0.1]))
+    task.close()
+    told = re.search(r"between steps ([\d,]+) and ([\d,]+) of this world", str(caught.value))
+    assert told is not None
+    first, last = (int(number.replace(",", "")) for number in told.groups())
+    assert first <= 1001 + step <= last <= first + 101
+    assert "the action since step 1,000 is [[0.0, 0.1, 0.0, -0.1]]" in str(caught.value)
+    commanded = re.findall(r"\[[^\[\]]*\] from step ([\d,]+) on", str(caught.value))
+    assert any(int(number.replace(",", "")) <= 1001 + step for number in commanded)
+
+
+def test_joints_that_are_no_numbers_are_a_named_error(builtin_scene: Scene) -> None:
+    with Simulation(builtin_scene) as simulation:
+        simulation.robot.set_joint_positions(np.full(9, np.nan))
+        with pytest.raises(PhysicsError, match="joint positions are"):
+            simulation.joint_positions()
 
 
 @pytest.mark.parametrize("n_objects", [0, 4, -1])

@@ -20,7 +20,6 @@ from real_bench.scoring.result import Result, load_result
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.verification import ResultVerdict, ResultVerification
 from tests.phases.conftest import guest
-from tests.recording.bench import ignore
 from tests.verification.conftest import MakeResult, altered, forged, play
 
 EVALUATION = Path(__file__).parents[2] / "evaluation"
@@ -136,7 +135,9 @@ def something_else(value: Any) -> Any:
 
 def test_a_forger_who_seals_anew_is_found_out_by_the_replay(honest: Path, goals_path: Path) -> None:
     """Every number and text but those that no replay can prove, changed by as little as can be."""
-    places = list(leaves(json.loads(honest.read_text())))
+    content = json.loads(honest.read_text())
+    content["setting"]["versions"] = {"python": "3.11"}  # one will do
+    places = list(leaves(content))
     unproved = set()
     for place in places:
         try:
@@ -145,7 +146,7 @@ def test_a_forger_who_seals_anew_is_found_out_by_the_replay(honest: Path, goals_
             continue
         if verdict.holds:
             unproved.add(".".join(map(str, place)))
-    assert len(places) > 80
+    assert len(places) > 55
     assert [name for name in unproved if not NOT_PROVED.fullmatch(name)] == []
     assert unproved  # else the documents are wrong
 
@@ -218,9 +219,9 @@ def test_a_trial_that_began_elsewhere_is_found(
     make_result: MakeResult, goals: GoalSet, goals_path: Path, honest: Path
 ) -> None:
     """Tested from starts nearer to the goals, and then said to be of the true ones."""
+    aside = np.array([0.02, 0, 0, 0, 0, 0, 0])
     near = tuple(
-        dataclasses.replace(goal, initial_poses=goal.final_poses + [0.02, 0, 0, 0, 0, 0, 0])
-        for goal in goals.goals
+        dataclasses.replace(goal, initial_poses=goal.final_poses + aside) for goal in goals.goals
     )
     path = make_result(goal_set=dataclasses.replace(goals, goals=near))
     assert load_result(path).score > load_result(honest).score
@@ -260,7 +261,7 @@ def test_what_cannot_be_replayed_is_refused(
 
 
 def test_another_scene_is_refused(honest: Path, goals_path: Path, official_scene: Scene) -> None:
-    with pytest.raises(ResultError, match="is of scene builtin .* not of this official"):
+    with pytest.raises(ResultError, match=r"is of scene builtin .* not of this official"):
         verify(honest, goals_path, scene=official_scene.source)
 
 
@@ -290,13 +291,10 @@ def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
 def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
     """The same commands might have been chosen from images; docs/verification.md says so."""
     assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
-    assert not verify(
-        altered(honest, ("setting", "condition"), lambda _: "OJ"), goals_path
-    ).holds
+    assert not verify(altered(honest, ("setting", "condition"), lambda _: "OJ"), goals_path).holds
 
 
-def test_nobody_need_report(honest: Path, goals_path: Path) -> None:
+def test_progress_is_told(honest: Path, goals_path: Path) -> None:
     seen: list[tuple[int, int]] = []
     ResultVerification(honest, goals_path).verify(lambda done, total: seen.append((done, total)))
     assert seen == [(0, 2), (1, 2), (2, 2)]
-    ignore(seen)
