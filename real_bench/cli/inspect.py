@@ -105,6 +105,7 @@ def describe_result(path: Path) -> dict[str, Any]:
         "file": str(path),
         "score": result.score if result.trials else None,
         "trials": f"{len(result.trials)} of {result.setting.n_goals}",
+        "can_be_verified": result.keeps_commands,
         **result.setting.model_dump(mode="json"),
     }
 

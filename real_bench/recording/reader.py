@@ -41,6 +41,8 @@ class Recording:
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
                 self.total_steps = int(self._file.attrs["total_steps"])
                 self.ended = bool(self._file.attrs["ended"])
+                told = self._file.attrs.get("commands_sha256")
+                self.commands_sha256 = None if told is None else str(told)
                 self.cuts: list[int] = self._file["cuts"]["step"].tolist()
                 self.n_states = len(self._file["states"])
                 self._check_rows()

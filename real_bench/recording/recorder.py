@@ -16,7 +16,14 @@ from real_bench.errors import RecordingError
 from real_bench.files import check_output
 from real_bench.recording.header import Header
 from real_bench.recording.reader import Recording
-from real_bench.recording.schema import CUT, STATE, TRANSITION, Batch, command_type
+from real_bench.recording.schema import (
+    CUT,
+    STATE,
+    TRANSITION,
+    Batch,
+    chained_sha256,
+    command_type,
+)
 from real_bench.recording.state import State, check_state
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.simulation.scene import Camera
@@ -56,6 +63,7 @@ class Recorder:
         self._header = header
         self._total_steps = steps
         self._command_type = command_type(command_size)
+        self._commands_sha256: str | None = ""
         self.n_steps = self.n_transitions = 0
         self.ended = False
         self.cut: Cut | None = None
@@ -147,7 +155,9 @@ class Recorder:
         if self._marked is None:
             return
         lengths, n_steps, state, ended = self._marked
-        self._file.append(self._batch(self._rows.first(lengths), n_steps, state, ended))
+        batch = self._batch(self._rows.first(lengths), n_steps, state, ended)
+        self._file.append(batch)
+        self._commands_sha256 = batch.commands_sha256
         self._rows.drop(lengths)
         self._marked = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
@@ -168,6 +178,7 @@ class Recorder:
         self.n_transitions = len(recording.transitions)
         self.ended = recording.ended and self.n_steps >= self._total_steps
         self._n_states, self._n_commands = recording.n_states, recording.n_commands
+        self._commands_sha256 = recording.commands_sha256
         if not recording.n_states:
             return
         self.cut = Cut(
@@ -181,9 +192,12 @@ class Recorder:
             self._rows.cuts.append((self.n_steps, header.controller_sha256.encode(), versions))
 
     def _batch(self, rows: _Rows, n_steps: int, state: State, ended: bool) -> Batch:
+        transitions = np.array(rows.transitions, TRANSITION)
+        commands = np.array(rows.commands, self._command_type)
+        before = self._commands_sha256
         return Batch(
-            transitions=np.array(rows.transitions, TRANSITION),
-            commands=np.array(rows.commands, self._command_type),
+            transitions=transitions,
+            commands=commands,
             states=np.array(rows.states, STATE),
             images=np.array(rows.images, np.uint8) if rows.images else None,
             object_poses=np.array(rows.object_poses).reshape(-1, self._header.objects, 7),
@@ -192,6 +206,11 @@ class Recorder:
             total_steps=self._total_steps,
             ended=ended,
             controller_state=state,
+            commands_sha256=(
+                None
+                if before is None
+                else chained_sha256(before, transitions["n_commands"], commands)
+            ),
         )
 
 

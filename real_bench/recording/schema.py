@@ -3,7 +3,8 @@
 ::
 
     /                      attributes: format, schema_version, the header's fields,
-                           n_steps (so far), total_steps (asked for), ended (its last hook, too)
+                           n_steps (so far), total_steps (asked for), ended (its last hook, too),
+                           commands_sha256 (see chained_sha256; absent in recordings before it)
     /transitions           one row an action: the triplet (s, a, s') by row numbers
         precondition, outcome    rows of /states (and /images, /ground_truth)
         first_command, n_commands, first_step, n_steps
@@ -21,6 +22,7 @@ cut the world begins anew at the recorded poses, so the first action has a state
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,6 +57,22 @@ STATE = np.dtype(
 CUT = np.dtype([("step", "<i8"), ("controller_sha256", "S64"), ("versions", "S1024")])
 
 
+def chained_sha256(before: str, n_commands: NDArray[np.int64], commands: NDArray[Any]) -> str:
+    """A hash of all commands so far, however they were written.
+
+    A replay alone would not notice all changes of a command: beyond a limit, or in its last bit,
+    it may move nothing.
+
+    Args:
+        before: the same of the actions before; empty where there are none.
+        n_commands: how many commands each further action has.
+        commands: these commands.
+    """
+    for rows in np.split(commands, np.cumsum(n_commands)[:-1]) if len(n_commands) else ():
+        before = hashlib.sha256(before.encode() + rows.tobytes()).hexdigest()
+    return before
+
+
 def command_type(size: int) -> np.dtype[Any]:
     """The row type of /commands for command vectors of a size."""
     return np.dtype([("command", "<f8", (size,)), ("n_steps", "<i8"), ("line", "u1")])
@@ -62,7 +80,10 @@ def command_type(size: int) -> np.dtype[Any]:
 
 @dataclass(frozen=True)
 class Batch:
-    """Rows that belong together; the names are those of the datasets."""
+    """Rows that belong together; the names are those of the datasets.
+
+    ``commands_sha256`` is of all commands up to these; None where the file has no hash.
+    """
 
     transitions: NDArray[Any]
     commands: NDArray[Any]
@@ -74,6 +95,7 @@ class Batch:
     total_steps: int
     ended: bool
     controller_state: State
+    commands_sha256: str | None
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """The rows by the path of their dataset."""
@@ -103,6 +125,7 @@ def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -
     file.attrs["schema_version"] = SCHEMA_VERSION
     file.attrs["n_steps"] = file.attrs["total_steps"] = 0
     file.attrs["ended"] = False
+    file.attrs["commands_sha256"] = ""
     for key, value in header.to_attributes().items():
         file.attrs[key] = value
     _empty(file, "transitions", TRANSITION)

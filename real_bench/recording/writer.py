@@ -166,5 +166,7 @@ def _append(file: h5py.File, batch: Batch) -> None:
     file.attrs["n_steps"] = batch.n_steps
     file.attrs["total_steps"] = batch.total_steps
     file.attrs["ended"] = batch.ended
+    if batch.commands_sha256 is not None:
+        file.attrs["commands_sha256"] = batch.commands_sha256
     del file["controller_state"]
     save_state(file.create_group("controller_state"), batch.controller_state)

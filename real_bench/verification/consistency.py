@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.recording import Recording
-from real_bench.recording.schema import STATE, TRANSITION, command_type
+from real_bench.recording.schema import STATE, TRANSITION, chained_sha256, command_type
 from real_bench.simulation.scene import Scene
+
+ACTIONS_AT_ONCE = 100
+"""Of which the commands are held in memory; up to 1000 rows each."""
 
 
 def fresh_states(recording: Recording) -> NDArray[np.int64]:
@@ -19,6 +22,16 @@ def fresh_states(recording: Recording) -> NDArray[np.int64]:
     begun = np.ones(recording.n_states, bool)
     begun[recording.transitions["outcome"]] = False
     return np.flatnonzero(begun)
+
+
+def commands_are_those_recorded(recording: Recording) -> bool:
+    """Whether the hash of the commands is theirs; a recording from before it has none."""
+    rows, found = recording.transitions, ""
+    for first in range(0, len(rows), ACTIONS_AT_ONCE):
+        counts = rows["n_commands"][first : first + ACTIONS_AT_ONCE]
+        commands = recording.commands(int(rows["first_command"][first]), int(counts.sum()))
+        found = chained_sha256(found, counts, commands)
+    return recording.commands_sha256 in (None, found)
 
 
 def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:

@@ -17,7 +17,11 @@ from real_bench.recording import Recording
 from real_bench.recording.schema import IMAGES_A_CHUNK
 from real_bench.simulation.scene import load_scene
 from real_bench.task import Task
-from real_bench.verification.consistency import contradictions, fresh_states
+from real_bench.verification.consistency import (
+    commands_are_those_recorded,
+    contradictions,
+    fresh_states,
+)
 from real_bench.verification.differences import Difference, numbers_differ, poses_differ
 from real_bench.verification.verdicts import RecordingVerdict
 from real_bench.verification.versions import versions_differ
@@ -61,13 +65,15 @@ class RecordingVerification:
                 raise RecordingError(f"{self.path} was recorded without images")
             header = recording.header
             scene = load_scene(header.scene_source if self.scene is None else self.scene)
-            faults = tuple(contradictions(recording, scene))
+            faults = list(contradictions(recording, scene))
             task = Task(scene, Condition.parse(header.condition), header.objects)
             try:
                 replay = _Replay(recording, task, self.images)
                 if not faults:
                     with stop_requests() as stop:
                         replay.run(self.n_steps or recording.n_steps, report, stop)
+                    if self.n_steps is None and not commands_are_those_recorded(recording):
+                        faults.append("its commands are not those of their hash")
             finally:
                 task.close()
             return RecordingVerdict(
@@ -79,9 +85,18 @@ class RecordingVerification:
                 images=self.images,
                 where=replay.where,
                 differences=replay.differences,
-                faults=faults,
-                notes=tuple(versions_differ(header.versions)),
+                faults=tuple(faults),
+                notes=tuple(_notes(recording)),
             )
+
+
+def _notes(recording: Recording) -> Iterator[str]:
+    yield from versions_differ(recording.header.versions)
+    if recording.commands_sha256 is None:
+        yield (
+            "it was recorded before commands were hashed: one that was changed without any "
+            "effect would not be found"
+        )
 
 
 class _Replay:

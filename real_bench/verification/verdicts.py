@@ -120,7 +120,7 @@ class RecordingVerdict:
         images: whether images were compared, too.
         where: the first state that differs, in words; empty where there is none.
         differences: between that state and the replayed one.
-        faults: what in the file contradicts itself; it is not replayed then.
+        faults: what in the file contradicts itself; where it cannot be replayed, it is not.
         notes: what could not be checked, or should be known.
     """
 
@@ -165,10 +165,11 @@ class RecordingVerdict:
         return [*_asides(self.notes, self.faults), self._sum()]
 
     def _sum(self) -> str:
-        if self.faults:
-            return f"does not verify: {self.faults[0]}; it was not replayed"
         if self.differences:
             return f"does not verify: {self.where}: {'; '.join(map(str, self.differences))}"
+        if self.faults:
+            done = "it replays bit for bit, but" if self.n_states else "it was not replayed:"
+            return f"does not verify: {done} {self.faults[0]}"
         what = "joints, touch, poses and images" if self.images else "joints, touch and poses"
         return (
             f"verified: {self.n_steps:,} of {self.total_steps:,} steps replay bit for bit "

@@ -2,13 +2,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from real_bench.conditions import Condition
-from real_bench.recording import Experience, Recording
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.recording import Experience, Recording, recorder
+from real_bench.recording.schema import chained_sha256
 from real_bench.simulation import Scene
 from real_bench.task import Task
+from tests.recording.bench import ignore
 from tests.recording.conftest import CUT_AT, CUT_RUN_STEPS
 
 
@@ -64,6 +68,39 @@ def test_executing_the_recorded_actions_again_gives_the_recording(
         task.execute(experience.action(i))
         check(after)
     task.close()
+
+
+def test_the_hash_of_the_commands_does_not_depend_on_when_they_were_written(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hashes = []
+    for seconds in (0.0, 60.0):
+        monkeypatch.setattr(recorder, "SECONDS_BETWEEN_WRITES", seconds)
+        out = tmp_path / f"{seconds}.h5"
+        for steps in (2000, 4000):
+            IntrinsicPhase("real_r", Condition.parse("OM"), 1, scene, steps, 0, out).run(
+                ignore, resume=True
+            )
+        with Recording(out) as recording:
+            hashes.append(recording.commands_sha256)
+            counts, commands = recording.transitions["n_commands"], recording.commands()
+            assert chained_sha256("", counts, commands) == recording.commands_sha256
+    assert hashes[0] == hashes[1] != ""
+
+
+def test_a_recording_without_hash_goes_on_without(scene: Scene, tmp_path: Path) -> None:
+    out = tmp_path / "run.h5"
+    phases = [
+        IntrinsicPhase("real_r", Condition.parse("OM"), 1, scene, steps, 0, out)
+        for steps in (1000, 2000)
+    ]
+    phases[0].run(ignore)
+    with h5py.File(out, "r+") as file:
+        del file.attrs["commands_sha256"]
+    phases[1].run(ignore, resume=True)
+    with Recording(out) as recording:
+        assert recording.n_steps == 2000
+        assert recording.commands_sha256 is None
 
 
 def test_something_was_moved_and_seen_to_move(cut_run: Recording) -> None:

@@ -53,6 +53,7 @@ def batch_of(path: Path, first: int, last: int, state: dict[str, Any] | None = N
             total_steps=recording.total_steps,
             ended=last == len(rows),
             controller_state={"n_actions": last} if state is None else state,
+            commands_sha256=None,
         )
 
 

@@ -124,6 +124,7 @@ def ulp(value: Any) -> Any:
 CHANGES: list[tuple[str, str | None, int, Any]] = [
     ("commands", "command", 1, by(0.01)),
     ("commands", "command", 3, by(1e-9)),
+    ("commands", "command", 2, ulp),
     ("commands", "n_steps", 0, by(1)),
     ("commands", "line", 0, by(1)),
     ("commands", "line", 2, by(2)),
@@ -182,6 +183,28 @@ def test_a_header_that_is_altered_is_found(
         assert file.attrs[name] != value
         file.attrs[name] = value
     assert is_found_out(path)
+
+
+def test_a_command_whose_change_moves_nothing_is_found_by_the_hash(
+    builtin_scene: Scene, tmp_path: Path
+) -> None:
+    path = play(builtin_scene, tmp_path / "run.h5", 1300, condition="OJ")
+    play(builtin_scene, path, 2300, condition="OJ")
+    assert verify(path).notes == ()
+    with h5py.File(path, "r+") as file:
+        rows = file["commands"][()]
+        assert rows["command"][-1].tolist() == [0.0] * 9  # home
+        rows["command"][-1] = 5e-324
+        file["commands"][...] = rows
+    verdict = verify(path)
+    assert verdict.n_steps == 2300
+    assert verdict.lines()[-1] == (
+        "does not verify: it replays bit for bit, but its commands are not those of their hash"
+    )
+    with h5py.File(path, "r+") as file:
+        del file.attrs["commands_sha256"]  # as in a recording from before
+    assert verify(path).holds
+    assert "before commands were hashed" in verify(path).lines()[0]
 
 
 def test_the_first_action_that_differs_is_told_and_by_how_much(
