@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from real_bench.quoting import quoted
+
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
@@ -51,6 +53,6 @@ class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
 def faults(error: ValidationError, most: int | None = None) -> str:
     """What is wrong with a record that did not pass its own checks, in one line."""
     return "; ".join(
-        f"{'.'.join(map(str, fault['loc'])) or 'the whole'}: {fault['msg'][:200]}"
+        f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {quoted(fault['msg'], 200)}"
         for fault in error.errors()[:most]
     )

@@ -66,7 +66,11 @@ class Task:
 
     def step(self, command: Command) -> None:
         """One step of one command; raises PhysicsError."""
-        self._follow(self.control.segments(command, 1, self.simulation))
+        began = self.n_steps
+        try:
+            self._follow(self.control.segments(command, 1, self.simulation))
+        except PhysicsError as error:
+            raise _explained(error, "command", command, began) from error
 
     def execute(self, action: Action) -> None:
         """A whole action, checked before (see :func:`real_bench.actions.check_action`).
@@ -79,9 +83,7 @@ class Task:
             self._follow(action_segments(action, self.control, self.simulation))
             self.simulation.object_poses()  # what explodes in the very last steps is of this action
         except PhysicsError as error:
-            commands = np.round(action.commands, 6).tolist()
-            told = str(commands if len(commands) <= SHOWN_COMMANDS else [*commands[:2], "..."])
-            raise PhysicsError(f"{error}; the action since step {began:,} is {told}") from error
+            raise _explained(error, "action", action.commands[:SHOWN_COMMANDS], began) from error
 
     def observe(self, *, render: bool = True) -> Observation:
         """What is seen now; camera images are zeros where ``render`` is false."""
@@ -169,3 +171,10 @@ class Task:
         if self.goal is None:
             return self._named(np.zeros((len(self.simulation.object_names), 3)))
         return self._named(self.goal.final_poses[:, :3])
+
+
+def _explained(
+    error: PhysicsError, what: str, numbers: NDArray[np.float64], began: int
+) -> PhysicsError:
+    told = np.round(numbers, 6).tolist()
+    return PhysicsError(f"{error}; the {what} that began at step {began:,} is {told}")

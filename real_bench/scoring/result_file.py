@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ResultError
+from real_bench.quoting import quoted
 
 FORMAT = "realbench-result"
 WITHOUT_COMMANDS, WITH_COMMANDS = 1, 2
@@ -56,15 +57,15 @@ def read_content(path: Path) -> Content:
             raise ResultError(f"{path} is not a result of realbench")
         if content.get("version") not in (WITHOUT_COMMANDS, WITH_COMMANDS):
             raise ResultError(
-                f"{path} is of version {str(content.get('version'))[:20]}, "
+                f"{path} is of version {quoted(str(content.get('version')))}, "
                 f"this reads {WITHOUT_COMMANDS} and {WITH_COMMANDS}"
             )
         _sha256(content)  # whether all of it can be told again
     except FileNotFoundError as error:
         raise ResultError(f"the result {path} does not exist") from error
     except (OSError, ValueError, RecursionError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-        raise ResultError(f"{path} cannot be read: {reason[:200]}") from error
+        reason = getattr(error, "strerror", None) or quoted(str(error), 200)
+        raise ResultError(f"{path} cannot be read: {reason}") from error
     return content
 
 

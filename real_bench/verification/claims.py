@@ -11,11 +11,11 @@ from real_bench.files import file_sha256
 from real_bench.finding import controller_file
 from real_bench.goal_sets import GoalSet
 from real_bench.phases.lengths import TRIAL_STEPS
+from real_bench.quoting import quoted
 from real_bench.recording import Recording, package_versions
 from real_bench.scoring.result import Result
 from real_bench.scoring.result_file import Content, is_sealed
 from real_bench.simulation.scene import Scene
-from real_bench.verification.quoting import quoted
 from real_bench.verification.versions import versions_differ
 
 

@@ -170,7 +170,7 @@ class _Replay:
         except PhysicsError as error:
             yield Difference(str(error))
             return
-        yield from numbers_differ("joint positions", row["joint_positions"], joints, "rad")
+        yield from numbers_differ("joint angle", row["joint_positions"], joints, "rad")
         yield from numbers_differ("touch", row["touch_sensors"], simulation.touch_sensors(), "N")
         yield from poses_differ(self._poses[state], poses, self._names)
         if self._images:

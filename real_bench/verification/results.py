@@ -13,11 +13,11 @@ from real_bench.errors import Interrupted, ResultError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.workers import in_processes
+from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting, TrialResult, parse_content
 from real_bench.scoring.result_file import read_content
 from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
 from real_bench.verification.claims import Claims
-from real_bench.verification.quoting import quoted
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
 
@@ -75,8 +75,8 @@ class ResultVerification:
             result.setting.trial_steps,
         )
         checks = []
-        report(0, len(result.trials))
         with stop_requests() as stop:
+            report(0, len(result.trials))
             for check in self._checks(make, result.trials, stop):
                 checks.append(check)
                 report(len(checks), len(result.trials))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from real_bench.quoting import quoted
 from real_bench.recording import package_versions
-from real_bench.verification.quoting import quoted
 
 DECISIVE = ("pybullet", "numpy")
 

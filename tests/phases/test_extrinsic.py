@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 
 from real_bench.conditions import Condition
-from real_bench.errors import ControllerError, RealBenchError, ResultError
-from real_bench.goal_sets import GoalSet, load_goal_set
+from real_bench.errors import ControllerError, PhysicsError, RealBenchError, ResultError
+from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialMaker
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
+from real_bench.task import Task
 from tests.phases.conftest import FaceGoals, MakePlan, Play, guest
 from tests.recording.bench import SCENE, ignore, realbench, run, start, wait_for, wait_until
 
@@ -162,6 +163,22 @@ def test_a_fault_in_a_trial_keeps_the_trials_before(face_goals: FaceGoals, jobs:
     assert not kept.is_complete
     whole = face_goals(controller, out="whole.json")
     assert face_goals(controller, jobs=jobs, resume=True).trials == whole.trials
+
+
+def test_physics_that_explodes_is_told_with_its_goal(
+    face_goals: FaceGoals, goals: GoalSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin = Task.begin
+
+    def begin_and_explode(task: Task, goal: Goal | None = None, **options: Any) -> None:
+        begin(task, goal, **options)
+        if goal is goals.goals[2]:
+            task.simulation.set_object_poses(np.full((1, 7), np.nan))
+
+    monkeypatch.setattr(Task, "begin", begin_and_explode)
+    with pytest.raises(PhysicsError, match=r"goal 2: the physics exploded between steps 0 and 0 "):
+        face_goals("real_r", trial_steps=500)
+    assert n_tested(Path("score.json")) == 2
 
 
 def test_what_was_learned_in_trials_cannot_go_on(face_goals: FaceGoals) -> None:

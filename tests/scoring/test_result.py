@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import base64
 import contextlib
 import functools
 import json
 import operator
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,6 +27,7 @@ from real_bench.scoring.result_file import sealed
 NUMBERS = st.floats(-5, 5)
 COMMANDS = Commands.of([Action.rest(4, 10_000)])
 RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
+BOMB = base64.b64encode(zlib.compress(bytes(2**24), 9)).decode()
 Content = dict[str, Any]
 
 
@@ -97,7 +100,8 @@ def check_refused(path: Path) -> None:
     with pytest.raises(ResultError) as caught:
         load_result(path)
     assert str(path) in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert str(caught.value).isprintable()
+    assert len(str(caught.value)) < len(str(path)) + 1000
 
 
 @pytest.mark.parametrize(
@@ -155,9 +159,12 @@ def check_tampered(result: Result, path: Path, place: tuple[Any, ...], change: C
         (TRIAL, {"opinion": "good"}),
         (TRIAL, {"actions_sha256": "0" * 64}),
         (TRIAL, {"commands": None}),
+        (TRIAL, {"commands": {"size": 9, "rows": 100_000, "data": BOMB}}),
+        (TRIAL, {"\x1b[2Jnews\n" * 1000: 1}),
+        (TRIAL, {"challenge": "\x1b[2Jnews\n" * 1000}),
         (SETTING, {"trial_steps": 9_999}),
     ],
-    ids=str,
+    ids=lambda value: repr(value)[:50],
 )
 def test_a_tampered_file_is_refused(
     result: Result, tmp_path: Path, place: tuple[Any, ...], change: Content

@@ -111,9 +111,17 @@ def test_an_explosion_is_told_with_its_steps_and_commands(builtin_scene: Scene, 
     assert told is not None
     first, last = (int(number.replace(",", "")) for number in told.groups())
     assert first <= 1001 + step <= last <= first + 101
-    assert "the action since step 1,000 is [[0.0, 0.1, 0.0, -0.1]]" in str(caught.value)
+    assert "the action that began at step 1,000 is [[0.0, 0.1, 0.0, -0.1]]" in str(caught.value)
     commanded = re.findall(r"\[[^\[\]]*\] from step ([\d,]+) on", str(caught.value))
     assert any(int(number.replace(",", "")) <= 1001 + step for number in commanded)
+
+
+def test_a_single_step_that_explodes_is_told_with_its_command(builtin_scene: Scene) -> None:
+    task = Task(builtin_scene, Condition.parse("OM"))
+    task.begin(object_poses=np.array([[0, 0, np.nan, 0, 0, 0, 1.0]]))
+    with pytest.raises(PhysicsError, match=r"command that began at step 0 is \[-0.1, 0.2, -0.1"):
+        task.step(np.array(PUSH))
+    task.close()
 
 
 def test_joints_that_are_no_numbers_are_a_named_error(builtin_scene: Scene) -> None:

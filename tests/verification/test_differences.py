@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from real_bench.quoting import LONGEST, quoted
 from real_bench.verification.differences import Difference, numbers_differ, poses_differ
-from real_bench.verification.quoting import LONGEST, quoted
 
 NUMBERS = st.floats(-5, 5)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -250,6 +251,15 @@ def test_what_cannot_be_replayed_is_refused(
 ) -> None:
     with pytest.raises(RealBenchError, match=complaint):
         RecordingVerification(**{"path": recorded, **options}).verify(ignore_two)
+
+
+def test_it_can_be_stopped(recorded: Path) -> None:
+    def press_ctrl_c(done: int, total: int) -> None:
+        if done == 2000:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(Interrupted, match="stopped after 2,000 of 4,500 steps"):
+        RecordingVerification(recorded).verify(press_ctrl_c)
 
 
 def test_images_can_be_compared_only_where_they_are(builtin_scene: Scene, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 
 from real_bench.actions import Action
-from real_bench.errors import RealBenchError, ResultError
+from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.result import Result, load_result
@@ -292,6 +293,18 @@ def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
     """The same commands might have been chosen from images; docs/verification.md says so."""
     assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
     assert not verify(altered(honest, ("setting", "condition"), lambda _: "OJ"), goals_path).holds
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_it_can_be_stopped(make_result: MakeResult, goals_path: Path, jobs: int) -> None:
+    path = make_result(n_trials=3)
+
+    def press_ctrl_c(done: int, total: int) -> None:
+        if done == 1:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(Interrupted, match=r"stopped after [12] of 3 trials"):
+        ResultVerification(path, goals_path, jobs=jobs).verify(press_ctrl_c)
 
 
 def test_progress_is_told(honest: Path, goals_path: Path) -> None:
