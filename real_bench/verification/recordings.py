@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,23 +60,17 @@ class RecordingVerification:
         if self.n_steps is not None and self.n_steps < 1:
             raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
         with Recording(self.path) as recording:
-            if not len(recording.transitions):
-                raise RecordingError(f"{self.path} has no action yet: there is nothing to verify")
-            if self.images and recording.n_images is None:
-                raise RecordingError(f"{self.path} was recorded without images")
+            self._check_can_be_replayed(recording)
             header = recording.header
             scene = load_scene(header.scene_source if self.scene is None else self.scene)
             faults = list(contradictions(recording, scene))
-            task = Task(scene, Condition.parse(header.condition), header.objects)
-            try:
+            with closing(Task(scene, Condition.parse(header.condition), header.objects)) as task:
                 replay = _Replay(recording, task, self.images)
                 if not faults:
-                    with stop_requests() as stop:
-                        replay.run(self.n_steps or recording.n_steps, report, stop)
-                    if self.n_steps is None and not commands_are_those_recorded(recording):
-                        faults.append("its commands are not those of their hash")
-            finally:
-                task.close()
+                    replay.run(self.n_steps or recording.n_steps, report)
+            # A hash of all commands can be checked only where all are asked for.
+            if not (faults or self.n_steps or commands_are_those_recorded(recording)):
+                faults.append("its commands are not those of their hash")
             return RecordingVerdict(
                 path=self.path,
                 n_actions=replay.n_actions,
@@ -88,6 +83,12 @@ class RecordingVerification:
                 faults=tuple(faults),
                 notes=tuple(_notes(recording)),
             )
+
+    def _check_can_be_replayed(self, recording: Recording) -> None:
+        if not len(recording.transitions):
+            raise RecordingError(f"{self.path} has no action yet: there is nothing to verify")
+        if self.images and recording.n_images is None:
+            raise RecordingError(f"{self.path} was recorded without images")
 
 
 def _notes(recording: Recording) -> Iterator[str]:
@@ -116,8 +117,12 @@ class _Replay:
         self.where = ""
         self.differences: tuple[Difference, ...] = ()
 
-    def run(self, n_steps: int, report: Report, stop: StopRequest) -> None:
+    def run(self, n_steps: int, report: Report) -> None:
         """Replay the actions that begin within the first steps, or up to the first difference."""
+        with stop_requests() as stop:
+            self._run(n_steps, report, stop)
+
+    def _run(self, n_steps: int, report: Report, stop: StopRequest) -> None:
         fresh = set(fresh_states(self._recording).tolist())
         rows = self._recording.transitions
         asked = int((rows["first_step"] < n_steps).sum())
