@@ -5,7 +5,8 @@ python evaluation/alterations.py score.json
 Each time one number or text, drawn at random, is changed. First the file is left as it then is, and
 only read: its seal must tell. Then it is left as a forger would leave it, sealed anew, where the
 field is one that a replay can prove (all but those that docs/verification.md names), and is
-replayed: that takes as long as some fifty tests.
+replayed. A trial that is as it was before is replayed only once, since it ends as it did: `--whole`
+replays all of them every time, which takes as long as some fifty tests.
 """
 
 from __future__ import annotations
@@ -16,20 +17,34 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import click
 import numpy as np
 
 from real_bench.errors import RealBenchError
-from real_bench.scoring.result import load_result
+from real_bench.scoring.result import TrialResult, load_result
 from real_bench.scoring.result_file import sealed
-from real_bench.verification import ResultVerification
+from real_bench.verification import ResultVerification, TrialCheck, results
+from real_bench.verification.trials import TrialReplayer
 
 NOT_PROVED = ("controller", "controller_sha256", "run_sha256", "run_steps", "seed", "versions")
 """Fields of the setting that no replay proves; times are not proved either."""
 
 Place = tuple[Any, ...]
+
+
+class RemembersTrials(TrialReplayer):
+    """Replays a trial that it has seen no second time."""
+
+    seen: ClassVar[dict[str, TrialCheck]] = {}
+
+    def check(self, trial: TrialResult) -> TrialCheck:
+        """What came of replaying this very trial."""
+        key = trial.model_dump_json()
+        if key not in self.seen:
+            self.seen[key] = super().check(trial)
+        return self.seen[key]
 
 
 def leaves(content: Any, place: Place = ()) -> Iterator[Place]:
@@ -84,8 +99,11 @@ def fate_when_verified(path: Path, goals: Path | None) -> str:
 @click.option("--goals", type=click.Path(path_type=Path, exists=True))
 @click.option("--number", default=100, show_default=True)
 @click.option("--seed", default=0, show_default=True)
-def main(result: Path, goals: Path | None, number: int, seed: int) -> None:
+@click.option("--whole", is_flag=True, help="Replay every trial of every altered file.")
+def main(result: Path, goals: Path | None, number: int, seed: int, whole: bool) -> None:
     """Print how many of the alterations were found, and how."""
+    if not whole:
+        results.TrialReplayer = RemembersTrials  # type: ignore[misc]
     honest, random = json.loads(result.read_text()), np.random.default_rng(seed)
     print(f"{result} as it is: {fate_when_verified(result, goals)}", flush=True)
     everywhere = list(leaves(honest))
