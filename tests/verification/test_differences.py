@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from real_bench.quoting import LONGEST, quoted
@@ -45,6 +45,7 @@ def test_what_has_no_number_is_a_sentence() -> None:
     assert str(Difference("it is blue")) == "it is blue"
 
 
+@settings(max_examples=30)
 @given(st.text())
 def test_what_is_quoted_is_one_short_line(text: str) -> None:
     line = quoted(text)

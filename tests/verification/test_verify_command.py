@@ -41,7 +41,7 @@ def test_an_honest_result_verifies(place: Path) -> None:
 
 
 def test_an_altered_result_does_not(place: Path) -> None:
-    arguments = ("altered.json", "--goals", "goals.npy", "--jobs", "2", "--json")
+    arguments = ("altered.json", "--goals", "goals.npy", "--json")
     told = json.loads(realbench(place, "verify", *arguments, code=4).stdout)
     assert not told["verified"]
     assert told["first_difference"]["goal"] == 1
