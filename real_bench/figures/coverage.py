@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from real_bench import palette
 from real_bench.analysis import Coverage, coverage
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
@@ -126,7 +127,7 @@ def _outline(panel: Axes, place: Place, line: str) -> None:
     (x_low, y_low), (x_high, y_high) = place.low, place.high
     y = np.array([y_low, y_high, y_high, y_low, y_low])
     x = np.array([x_low, x_low, x_high, x_high, x_low])
-    panel.plot(100 * y, 100 * x, line, color=style.ORANGE, linewidth=1)
+    panel.plot(100 * y, 100 * x, line, color=palette.ORANGE, linewidth=1)
 
 
 def _rows(one: Whereabouts) -> tuple[dict[str, str], dict[str, Column]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench import palette
 from real_bench.analysis import effective_actions, levels_below
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
@@ -96,7 +97,7 @@ def _draw_counts(panel: Axes, levels: Levels) -> list[Line2D]:
     panel.set_xlabel("level of abstraction")
     panel.set_ylabel("effective actions (solid)")
     panel.set_xlim(0, levels.abstraction.n_levels - 1)
-    lines = panel.plot(levels.counts, "-", color=style.BLUE, label="effective actions")
+    lines = panel.plot(levels.counts, "-", color=palette.BLUE, label="effective actions")
     panel.set_ylim(top=HEADROOM * levels.counts.max(initial=1))
     style.count_upward(panel)
     return lines
@@ -107,9 +108,9 @@ def _draw_thresholds(panel: Axes, levels: Levels, scale: float) -> list[Line2D]:
     thresholds = scale * levels.abstraction.thresholds
     least, largest = thresholds.min(axis=1), thresholds.max(axis=1)
     every = np.arange(len(thresholds))
-    panel.fill_between(every, least, largest, color=style.ORANGE, alpha=0.2, linewidth=0)
-    lines = panel.plot(largest, "--", color=style.ORANGE, label="largest threshold")
-    lines += panel.plot(least, ":", color=style.ORANGE, label="least threshold")
+    panel.fill_between(every, least, largest, color=palette.ORANGE, alpha=0.2, linewidth=0)
+    lines = panel.plot(largest, "--", color=palette.ORANGE, label="largest threshold")
+    lines += panel.plot(least, ":", color=palette.ORANGE, label="least threshold")
     panel.set_ylim(bottom=0)
     return lines
 

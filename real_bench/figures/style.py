@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from real_bench.palette import AMBER, BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -21,15 +23,6 @@ DOTS_AN_INCH = 200
 MILLION = 1_000_000
 """Steps are counted in millions on axes."""
 
-BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, BLACK = (  # Okabe and Ito's, without the pale yellow
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#56B4E9",
-    "#E69F00",
-    "#000000",
-)
 GREY = "#767676"
 HEAT = "viridis"
 """A map of colours that grows lighter all the way, for the colour-blind and for grey print."""

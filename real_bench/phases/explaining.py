@@ -17,6 +17,7 @@ from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
 from real_bench.files import write_whole
 from real_bench.goal_sets import Goal
+from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
 from real_bench.phases.player import Guest
 from real_bench.task import Task
 
@@ -27,15 +28,7 @@ COLUMNS = 5
 PANEL_INCHES = 4.0
 MARGIN_PX = 25
 DOTS_AN_INCH = 80
-# Okabe and Ito's colours, which the colour-blind can tell apart.
-GOAL, NOW, PUSH, LATER, EXPECTED, ACTUAL = (
-    "#009E73",
-    "#FFFFFF",
-    "#D55E00",
-    "#E69F00",
-    "#56B4E9",
-    "#F0E442",
-)
+GOAL, NOW, PUSH, LATER, EXPECTED, ACTUAL = GREEN, WHITE, ORANGE, AMBER, SKY, YELLOW
 LEGEND = {
     "object now": NOW,
     "goal": GOAL,

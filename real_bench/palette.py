@@ -1,0 +1,11 @@
+"""Colours that the colour-blind can tell apart (Okabe and Ito, Color Universal Design)."""
+
+BLACK = "#000000"
+AMBER = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+YELLOW = "#F0E442"
+BLUE = "#0072B2"
+ORANGE = "#D55E00"
+PURPLE = "#CC79A7"
+WHITE = "#FFFFFF"
