@@ -87,6 +87,15 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Values:
     return both
 
 
+def dotted(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """A tree of values as ``--set`` names them: dotted names, and their values."""
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from dotted(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
 def _nested(names: list[str], value: Any) -> Values:
     return {names[0]: _nested(names[1:], value) if names[1:] else value}
 

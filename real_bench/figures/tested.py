@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from real_bench.errors import ResultError
 from real_bench.figures.labels import shown
 from real_bench.files import file_sha256
 from real_bench.scoring.result import Result, Setting, load_result
+from real_bench.settings import dotted
 
 RANDOM_EXPLORERS = ("real_r", "real_t", "real_d", "real_ld")
 """These play alike: one exploration serves them all."""
@@ -117,7 +117,7 @@ class _Test:
     @property
     def told_settings(self) -> list[str]:
         """Each setting, by its dotted name."""
-        return [f"{name}={value}" for name, value in _flat(json.loads(self.settings))]
+        return [f"{name}={value}" for name, value in dotted(json.loads(self.settings))]
 
 
 def _label(test: _Test, tests: Sequence[_Test]) -> str:
@@ -143,12 +143,3 @@ def _trials(result: Result) -> tuple[str, int, tuple[int, ...]]:
 def _told(trials: tuple[str, int, tuple[int, ...]]) -> str:
     goals_sha256, steps, goals = trials
     return f"{len(goals)} goals of set {goals_sha256[:8]}, {steps:,} steps each"
-
-
-def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Settings by their dotted names."""
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from real_bench.errors import ControllerError
@@ -12,7 +12,7 @@ from real_bench.finding import find_controller
 from real_bench.phases.lengths import TRIAL_STEPS
 from real_bench.recording import Header
 from real_bench.scoring.result import Setting
-from real_bench.settings import settings_in_full
+from real_bench.settings import dotted, settings_in_full
 
 UNKNOWN = object()
 
@@ -63,24 +63,15 @@ def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) 
 def _settings(controller: str, settings: Mapping[str, Any]) -> list[str]:
     """Those that are not the controller's defaults; all of them where these are not known."""
     try:
-        defaults = dict(_flat(settings_in_full(find_controller(controller), controller, {})))
+        defaults = dict(dotted(settings_in_full(find_controller(controller), controller, {})))
     except ControllerError:
         defaults = {}
     return [
         part
-        for name, value in _flat(settings)
+        for name, value in dotted(settings)
         if defaults.get(name, UNKNOWN) != value
         for part in ("--set", f"{name}={json.dumps(value)}")
     ]
-
-
-def _flat(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Settings by their dotted names."""
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
 
 
 def _command(name: str, *arguments: str) -> str:
