@@ -16,7 +16,7 @@ from real_bench.errors import RecordingError
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.player import Guest
+    from real_bench.phases.guest import Guest
     from real_bench.phases.trial import TrialPlan
     from real_bench.recording import Header
     from real_bench.scoring.result import Result

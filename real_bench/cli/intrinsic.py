@@ -14,8 +14,8 @@ from real_bench.cli import options
 from real_bench.phases.lengths import INTRINSIC_STEPS
 
 if TYPE_CHECKING:
+    from real_bench.phases.guest import Guest
     from real_bench.phases.intrinsic import IntrinsicPhase
-    from real_bench.phases.player import Guest
 
 EPILOG = """\b
 Example:

@@ -17,7 +17,7 @@ from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
 from real_bench.files import write_whole
 from real_bench.goal_sets import Goal
-from real_bench.phases.player import Guest
+from real_bench.phases.guest import Guest, fault
 from real_bench.task import Task
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Explainer:
         explanation = guest.explain() or Explanation("not explained", {})
         expected = explanation.positions
         if expected is not None and expected.shape[1] != len(before):
-            raise guest.fault(f"explain() gives positions of {expected.shape[1]} objects")
+            raise fault(guest, f"explain() gives positions of {expected.shape[1]} objects")
         self._decisions.append(Decision(explanation, image, before, self._positions()))
 
     def save(self, folder: Path, name: str) -> None:
