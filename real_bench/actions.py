@@ -36,6 +36,9 @@ ACTION_STEPS = 1000
 LARGEST_NUMBER = 1e6
 """Metres or radians beyond this are no command of anybody's."""
 
+LONGEST_STEPS = 1_000_000_000
+"""No phase is longer; so the duration of an action is a sum that cannot overflow."""
+
 VIA_POINT_STEPS = 850
 """Steps of a via-point action that follow the points; the rest is spent at home."""
 
@@ -65,9 +68,10 @@ class Action:
             )
         if self.n_steps.shape != (k,) or self.line.shape != (k,):
             raise ActionError(f"an action of {k} commands needs {k} durations and {k} line flags")
-        if (self.n_steps < 1).any():
+        if (self.n_steps < 1).any() or (self.n_steps > LONGEST_STEPS).any():
             raise ActionError(
-                f"every command must last at least one step, not {self.n_steps.tolist()}"
+                f"every command must last 1 to {LONGEST_STEPS:,} steps, "
+                f"not {_short(self.n_steps.tolist())}"
             )
         numbers = self.commands[~np.isnan(self.commands)]
         if (np.abs(numbers) > LARGEST_NUMBER).any():
@@ -353,6 +357,18 @@ def check_action(action: object, control: Control) -> Action:
     if action.line.any() and not isinstance(control, JointControl):
         raise ActionError("only joint commands can move on a straight line")
     return action
+
+
+def check_command(command: NDArray[Any], control: Control) -> Command:
+    """A command vector itself if ``control`` can execute it; raises ActionError if not."""
+    if command.dtype != np.float64 or command.shape != (control.size,):
+        raise ActionError(
+            f"a command must be {control.size} numbers, not {command.dtype} {command.shape}"
+        )
+    within = np.abs(command) <= LARGEST_NUMBER
+    if not within.all() and not np.isnan(command).all():
+        raise ActionError(f"a command must be finite numbers, not {command.tolist()}")
+    return command
 
 
 def _check_keys(action: object, keys: tuple[str, ...]) -> None:

@@ -16,7 +16,7 @@ from real_bench.errors import RecordingError
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.guest import Guest
+    from real_bench.phases.guest import Guest, Host
     from real_bench.phases.trial import TrialPlan
     from real_bench.recording import Header
     from real_bench.scoring.result import Result
@@ -61,11 +61,13 @@ BELOW_MINIMUM = 3
 @options.resume_option
 @options.overwrite_option
 @options.json_option
+@options.isolation_options
 def extrinsic(
     trials: int | None,
     jobs: int,
     out: Path,
     min_score: float | None,
+    isolation: options.Isolation,
     resume: bool,
     overwrite: bool,
     as_json: bool,
@@ -78,7 +80,8 @@ def extrinsic(
     """
     from real_bench.phases.extrinsic import ExtrinsicPhase
 
-    plan = plan_trials(**given)
+    secrets = [out, *(given[name] for name in ("run", "goals", "video", "pictures", "explain"))]
+    plan = plan_trials(**given, host=isolation.host(secrets))
     phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
     result = run_trials(phase, resume=resume, overwrite=overwrite)
     show(result, out, as_json=as_json)
@@ -100,6 +103,7 @@ def plan_trials(
     video: Path | None,
     pictures: Path | None,
     explain: Path | None,
+    host: Host,
 ) -> TrialPlan:
     """What the options describe; what they leave out comes from the recording or the goals."""
     from real_bench.conditions import Condition
@@ -138,12 +142,13 @@ def plan_trials(
         run=path,
         run_steps=run_steps,
         settings=merged(
-            options.recorded_settings(header, controller),
+            options.recorded_settings(header, controller, host),
             read_settings(settings_file, assignments),
         ),
         videos=video,
         pictures=pictures,
         explanations=explain,
+        host=host,
     )
 
 

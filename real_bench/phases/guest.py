@@ -14,6 +14,7 @@ from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.observation import Observation
 from real_bench.recording import Experience, State
+from real_bench.task import Task
 
 
 @dataclass(frozen=True)
@@ -93,11 +94,11 @@ class Guest(Protocol):
 class Host(Protocol):
     """Where controllers run."""
 
-    def identity(self, spec: str, settings: Mapping[str, Any]) -> Identity:
-        """What the controller is; raises ControllerError."""
+    def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
+        """What the controller is; raises ControllerError. None: do not ask for its settings."""
 
-    def guest(self, spec: str, settings: Mapping[str, Any], terms: Terms) -> Guest:
-        """The controller, made; raises ControllerError."""
+    def guest(self, spec: str, settings: Mapping[str, Any], task: Task) -> Guest:
+        """The controller, made for a task; raises ControllerError."""
 
 
 @contextmanager

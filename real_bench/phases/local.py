@@ -29,24 +29,24 @@ from real_bench.settings import check_settings, settings_in_full
 class LocalHost:
     """Has controllers in our own process, with all that it can reach."""
 
-    def identity(self, spec: str, settings: Mapping[str, Any]) -> Identity:
+    def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
         return identify(find_controller(spec), spec, settings)
 
-    def guest(self, spec: str, settings: Mapping[str, Any], terms: Terms) -> LocalGuest:
+    def guest(self, spec: str, settings: Mapping[str, Any], task: Terms) -> LocalGuest:
         """The controller, made; raises ControllerError."""
-        return LocalGuest(spec, find_controller(spec), settings, terms)
+        return LocalGuest(spec, find_controller(spec), settings, task)
 
 
-def identify(kind: type[Any], spec: str, settings: Mapping[str, Any]) -> Identity:
-    """What a class is; raises ControllerError for bad settings."""
+def identify(kind: type[Any], spec: str, settings: Mapping[str, Any] | None) -> Identity:
+    """What a class is; raises ControllerError for bad settings, unless these are not asked for."""
     return Identity(
         class_name=kind.__qualname__,
         source_sha256=source_sha256(kind),
         action_level=is_action_level(kind),
         uses_images=bool(getattr(kind, "uses_images", False)),
         learns_across_trials=_learns_across_trials(kind),
-        settings=settings_in_full(kind, spec, settings),
+        settings={} if settings is None else settings_in_full(kind, spec, settings),
     )
 
 

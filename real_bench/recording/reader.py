@@ -49,6 +49,11 @@ class Recording:
             raise
 
     @property
+    def file(self) -> h5py.File:
+        """The file itself, open for reading."""
+        return self._file
+
+    @property
     def n_commands(self) -> int:
         """How many command rows there are."""
         return len(self._file["commands"])
@@ -84,6 +89,8 @@ class Recording:
     @property
     def object_poses(self) -> NDArray[np.float64]:
         """True poses of the objects in every state, (m, n_objects, 7). For analysis."""
+        if "ground_truth" not in self._file:
+            raise RecordingError(f"{self.path} is an excerpt for a controller, without positions")
         with self._guard():
             poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
         return poses
@@ -130,7 +137,7 @@ class Recording:
     def _check_rows(self) -> None:
         rows = self.transitions
         good = (
-            len(self._file["ground_truth/object_poses"]) == self.n_states
+            self._n_poses in (None, self.n_states)
             and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
             and int(rows["n_commands"].sum()) == self.n_commands
@@ -141,6 +148,12 @@ class Recording:
         )
         if not good:
             raise ValueError("its rows do not fit together")
+
+    @property
+    def _n_poses(self) -> int | None:
+        """How many states have true poses: all, or None in an excerpt for a controller."""
+        truth = self._file.get("ground_truth")
+        return None if truth is None else len(truth["object_poses"])
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
