@@ -30,8 +30,11 @@ def version() -> int:
     return max(int(found), 0)
 
 
-def restrict(read: list[str], write: list[str]) -> None:
-    """Reach only these files and folders, and what is in them, from now on; raises OSError."""
+def restrict(read: list[str], write: list[str], names: list[str]) -> None:
+    """Reach only these files and folders, and what is in them, from now on; raises OSError.
+
+    Of folders in ``names`` no more can be seen than the names of what is in them.
+    """
     known = (1 << _RIGHTS_BY_VERSION.get(version(), 16)) - 1
     libc = ctypes.CDLL(None, use_errno=True)
     attributes = struct.pack("<Q", known)
@@ -43,7 +46,7 @@ def restrict(read: list[str], write: list[str]) -> None:
             ctypes.c_uint32(0),
         )
     )
-    for paths, rights in ((read, _READ_ONLY), (write, known & ~_EXECUTE)):
+    for paths, rights in ((read, _READ_ONLY), (write, known & ~_EXECUTE), (names, _LIST)):
         for path in paths:
             _allow(libc, ruleset, path, rights & known)
     none = ctypes.c_ulong(0)

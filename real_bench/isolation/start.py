@@ -26,7 +26,7 @@ def main() -> None:
     _be_killed_first()
     _limit(told["memory_bytes"], told["file_bytes"])
     if told["reach"] is not None:
-        _part("landlock")["restrict"](told["reach"]["read"], told["reach"]["write"])
+        _part("landlock")["restrict"](**told["reach"])
     if told["seccomp"]:
         _part("seccomp")["restrict"]()
     del sys.argv[1:]

@@ -136,6 +136,7 @@ def python_command(walls: Walls, view: View, limits: Limits, site: Site) -> list
         bare_reach = {
             "read": [str(path) for path in (*_seen(view), site.inbox)],
             "write": [*(path for path in DEVICES if Path(path).exists()), str(site.tmp)],
+            "names": [str(path.parent) for path in view.own],  # to import, Python looks there
         }
     told = {
         "channel": site.channel,

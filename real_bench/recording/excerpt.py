@@ -56,7 +56,10 @@ def _copy(source: h5py.Dataset, file: h5py.File, name: str, count: int) -> None:
         source.parent.copy(source, file, name)
         return
     shape, how = (count, *source.shape[1:]), hdf5plugin.Zstd(clevel=3)
-    target = file.create_dataset(name, shape, source.dtype, chunks=source.chunks, **how)
+    most = (None, *shape[1:])  # else a chunk may not be longer than there are rows
+    target = file.create_dataset(
+        name, shape, source.dtype, maxshape=most, chunks=source.chunks, **how
+    )
     for first in range(0, count, IMAGES_AT_ONCE):
         last = min(first + IMAGES_AT_ONCE, count)
         target[first:last] = np.asarray(source[first:last])
