@@ -365,8 +365,7 @@ def check_command(command: NDArray[Any], control: Control) -> Command:
         raise ActionError(
             f"a command must be {control.size} numbers, not {command.dtype} {command.shape}"
         )
-    within = np.abs(command) <= LARGEST_NUMBER
-    if not within.all() and not np.isnan(command).all():
+    if not np.abs(command).max() <= LARGEST_NUMBER and not np.isnan(command).all():
         raise ActionError(f"a command must be finite numbers, not {command.tolist()}")
     return command
 

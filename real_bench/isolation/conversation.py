@@ -10,7 +10,7 @@ from typing import Any
 from real_bench.errors import ControllerError
 from real_bench.isolation.channel import Closed, Late
 from real_bench.isolation.limits import Limits
-from real_bench.isolation.messages import MessageError, Size, check_nesting
+from real_bench.isolation.messages import MessageError, Size, check_plain
 from real_bench.isolation.process import Process, printable
 from real_bench.isolation.view import View
 from real_bench.isolation.walls import Walls
@@ -108,7 +108,7 @@ class Conversation:
         while True:
             match channel.receive(size, deadline):
                 case ["answer", answer]:
-                    check_nesting(answer)
+                    check_plain(answer)
                     return answer
                 case ["sense", str(key)] if key in seen:
                     channel.send(seen[key], deadline)

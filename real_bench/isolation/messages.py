@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import msgpack
@@ -20,7 +21,6 @@ from real_bench.errors import RealBenchError
 
 _CODES = "? i1 u1 <i2 <u2 <i4 <u4 <i8 <u8 <f2 <f4 <f8 <c8 <c16"
 ARRAY_KINDS = tuple(map(np.dtype, _CODES.split(" ")))
-_KIND_NUMBERS = {kind: number for number, kind in enumerate(ARRAY_KINDS)}
 MAX_DIMENSIONS = 16
 MAX_NESTING = 32
 HEAD = struct.Struct("<IQ")  # bytes of the structure, bytes of the numbers
@@ -81,14 +81,16 @@ def decode(structure: bytes, numbers: bytes | bytearray) -> Any:
         nonlocal place
         if code != _ARRAY:
             raise MessageError(f"extension {code} is unknown")
-        kind, shape = _described(content)
-        count = math.prod(shape)
+        kind, shape, count = _described(content)
         if count * kind.itemsize > len(numbers) - place:
-            raise MessageError(f"an array of shape {shape} is not there")
+            raise MessageError(f"an array of shape {shape} is larger than what was sent")
         raw = np.frombuffer(numbers, np.uint8 if kind == np.bool_ else kind, count, place)
         place += count * kind.itemsize
         # Through numbers, since a byte of 2 would be a bool that is neither true nor false.
-        return raw.reshape(shape).astype(kind)
+        try:
+            return raw.reshape(shape).astype(kind)
+        except ValueError as error:  # a shape with a 0 may hold any numbers beside it
+            raise MessageError(f"an array of shape {shape} cannot be") from error
 
     try:
         value = msgpack.unpackb(structure, ext_hook=array, strict_map_key=True, raw=False)
@@ -101,30 +103,33 @@ def decode(structure: bytes, numbers: bytes | bytearray) -> Any:
     return value
 
 
-def check_nesting(value: Any, depth: int = MAX_NESTING) -> None:
-    """Raise MessageError where lists and dicts are nested too deeply."""
+def check_plain(value: Any, depth: int = MAX_NESTING) -> None:
+    """Raise MessageError for what :func:`encode` would not send, or deeper than it is read."""
     if isinstance(value, list | dict):
         if depth == 0:
             raise MessageError(f"it is nested more than {MAX_NESTING} times")
         for part in value.values() if isinstance(value, dict) else value:
-            check_nesting(part, depth - 1)
+            check_plain(part, depth - 1)
+    elif not (value is None or isinstance(value, bool | int | float | str | np.ndarray)):
+        raise MessageError(f"it holds {type(value).__name__}")
 
 
 def _describe(array: NDArray[Any], blocks: list[bytes]) -> msgpack.ExtType:
-    number = _KIND_NUMBERS.get(array.dtype)
-    if number is None:
-        native = array.dtype.newbyteorder("=")
-        if native not in _KIND_NUMBERS:
-            raise MessageError(f"a message cannot hold an array of {array.dtype}")
-        return _describe(array.astype(native), blocks)
-    if array.ndim > MAX_DIMENSIONS:
-        raise MessageError(f"a message cannot hold an array of {array.ndim} dimensions")
-    blocks.append(array.tobytes())
-    shape = struct.pack(f"<{array.ndim}Q", *array.shape)
-    return msgpack.ExtType(_ARRAY, _SIZES.pack(number, array.ndim) + shape)
+    blocks.append(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
+    return _description(array.dtype.newbyteorder("<"), array.shape)
 
 
-def _described(content: bytes) -> tuple[np.dtype[Any], tuple[int, ...]]:
+@lru_cache(1024)  # there are few kinds of arrays, and many of each
+def _description(kind: np.dtype[Any], shape: tuple[int, ...]) -> msgpack.ExtType:
+    if kind not in ARRAY_KINDS or len(shape) > MAX_DIMENSIONS:
+        raise MessageError(f"a message cannot hold an array of {kind}, {len(shape)} dimensions")
+    sizes = struct.pack(f"<{len(shape)}Q", *shape)
+    return msgpack.ExtType(_ARRAY, _SIZES.pack(ARRAY_KINDS.index(kind), len(shape)) + sizes)
+
+
+@lru_cache(1024)
+def _described(content: bytes) -> tuple[np.dtype[Any], tuple[int, ...], int]:
+    """Kind, shape, and how many numbers that is."""
     if len(content) < _SIZES.size:
         raise MessageError("an array is not described")
     number, n_dimensions = _SIZES.unpack_from(content)
@@ -132,4 +137,5 @@ def _described(content: bytes) -> tuple[np.dtype[Any], tuple[int, ...]]:
         raise MessageError(f"an array of kind {number}, {n_dimensions} dimensions is unknown")
     if len(content) != _SIZES.size + 8 * n_dimensions:
         raise MessageError("an array's shape is cut short")
-    return ARRAY_KINDS[number], struct.unpack_from(f"<{n_dimensions}Q", content, _SIZES.size)
+    shape = struct.unpack_from(f"<{n_dimensions}Q", content, _SIZES.size)
+    return ARRAY_KINDS[number], shape, math.prod(shape)

@@ -7,13 +7,14 @@ one world: neither is sent. ``None`` stands for both.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
-from real_bench.observation import GOAL_KEYS, Observation
+from real_bench.observation import CAMERA_KEYS, GOAL_KEYS, Observation
 
 
 def packed(observation: Observation, world_told: int) -> dict[str, Any]:
@@ -24,21 +25,31 @@ def packed(observation: Observation, world_told: int) -> dict[str, Any]:
 
 
 class Unpacker:
-    """Puts observations together again."""
+    """Puts observations together again; no two share any memory."""
 
     def __init__(self, observation_space: spaces.Dict) -> None:
-        self._space = observation_space
-        self._goal: dict[str, Any] = {}
+        # how to make what is not told: darkness always the same way, a goal's as it was last told
+        self._untold: dict[str, Callable[[], Any]] = {
+            key: partial(np.zeros, space.shape, space.dtype)
+            for key, space in observation_space.items()
+            if key in CAMERA_KEYS
+        }
 
     def unpacked(self, told: Mapping[str, Any]) -> dict[str, Any]:
-        """The whole observation; nothing in it is shared with any other."""
-        whole = dict(told)
+        """The whole observation."""
+        whole = {}
         for key, value in told.items():
-            if key in GOAL_KEYS:
-                if value is not None:
-                    self._goal[key] = value
-                whole[key] = copy.deepcopy(self._goal[key])
-            elif value is None:
-                space = self._space[key]
-                whole[key] = np.zeros(space.shape or (), space.dtype)
+            if value is None:
+                value = self._untold[key]()
+            elif key in GOAL_KEYS:
+                self._untold[key] = _copies(value)
+            whole[key] = value
         return whole
+
+
+def _copies(value: Any) -> Callable[[], Any]:
+    """What makes copies of a value; zeros that nobody reads cost nothing."""
+    if isinstance(value, np.ndarray) and not value.any():
+        return partial(np.zeros, value.shape, value.dtype)
+    kept = copy.deepcopy(value)
+    return partial(copy.deepcopy, kept)
