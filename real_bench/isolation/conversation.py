@@ -16,6 +16,7 @@ from real_bench.isolation.view import View
 from real_bench.isolation.walls import Walls
 
 ANSWER = Size(structure=1 << 16, numbers=1 << 24)
+EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)
 STATE = Size(structure=1 << 24, numbers=1 << 31)
 MAX_FAULT_LETTERS = 2000
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from real_bench.actions import Action, Command, Control, check_action, check_command
 from real_bench.errors import ActionError
 from real_bench.explanation import Explanation
-from real_bench.isolation.conversation import STATE, Conversation
+from real_bench.isolation.conversation import EXPLANATION, STATE, Conversation
 from real_bench.isolation.observed import packed
 from real_bench.observation import Observation
 from real_bench.phases.guest import Identity, fault
@@ -76,7 +76,7 @@ class IsolatedGuest:
 
     def explain(self) -> Explanation | None:
         """Why it chose its last action, where it says so."""
-        match self._ask("explain", size=STATE):
+        match self._ask("explain", size=EXPLANATION):
             case None:
                 return None
             case [str(title), facts, list(actions), positions]:

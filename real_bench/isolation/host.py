@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ControllerError
-from real_bench.isolation.conversation import STATE, Conversation
+from real_bench.isolation.conversation import Conversation
 from real_bench.isolation.guest import IsolatedGuest
 from real_bench.isolation.limits import Limits
 from real_bench.isolation.messages import MessageError, encode
@@ -67,7 +67,7 @@ def _identity(
         encode(settings)
     except MessageError as error:
         raise conversation.fault(f"its settings must be plain values: {error}") from error
-    match conversation.ask("identity", spec, settings, size=STATE):
+    match conversation.ask("identity", spec, settings):
         case {
             "class_name": str(name),
             "source": str(source),

@@ -148,7 +148,7 @@ class Explainer:
         panel.imshow(decision.image)
         missed = decision.missed_by
         below = f"\nmissed by {100 * max(missed):.1f} cm" if missed else ""
-        panel.set_title(f"{number}. {explanation.title}{below}", fontsize=10)
+        panel.set_title(f"{number}. {explanation.title}{below}", fontsize=10, parse_math=False)
         height = float(decision.before[:, 2].min())
         for rank, action in reversed(list(enumerate(explanation.actions))):
             self._draw_push(panel, action, height, PUSH if rank == 0 else LATER)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -98,6 +99,7 @@ def face_goals(scene: Scene, goals: GoalSet, tmp_path: Path) -> Face:
         trial_steps: int = 1000,
         run: Path | None = None,
         run_steps: int | None = None,
+        settings: dict[str, Any] | None = None,
         jobs: int = 1,
         out: str = "score.json",
     ) -> Result:
@@ -110,6 +112,7 @@ def face_goals(scene: Scene, goals: GoalSet, tmp_path: Path) -> Face:
             trial_steps=trial_steps,
             run=run,
             run_steps=run_steps,
+            settings=settings or {},
             host=host or LocalHost(),
         )
         return ExtrinsicPhase(plan, len(goals), tmp_path / out, jobs).run(ignore)
