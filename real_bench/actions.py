@@ -61,11 +61,11 @@ class Action:
     def __post_init__(self) -> None:
         for name, kind in (("commands", np.float64), ("n_steps", np.int64), ("line", np.bool_)):
             object.__setattr__(self, name, _own(getattr(self, name), name, kind))
-        k = len(self.commands)
-        if self.commands.ndim != 2 or k == 0:
+        if self.commands.ndim != 2 or len(self.commands) == 0:
             raise ActionError(
                 f"an action needs commands of shape (k, size), not {self.commands.shape}"
             )
+        k = len(self.commands)
         if self.n_steps.shape != (k,) or self.line.shape != (k,):
             raise ActionError(f"an action of {k} commands needs {k} durations and {k} line flags")
         if (self.n_steps < 1).any() or (self.n_steps > LONGEST_STEPS).any():
@@ -344,9 +344,10 @@ def wants_render(action: Mapping[str, Any]) -> bool:
 
 
 def check_action(action: object, control: Control) -> Action:
-    """The action itself if it is one that ``control`` can execute; raises ActionError if not."""
-    if not isinstance(action, Action):
+    """A copy of the action if it is one that ``control`` can execute; raises ActionError if not."""
+    if type(action) is not Action:  # an object may claim any class, and a subclass do anything
         raise ActionError(f"an action was expected, not {_short(action)}")
+    action = Action(action.commands, action.n_steps, action.line)  # frozen is not unchangeable
     if action.commands.shape[1] != control.size:
         raise ActionError(
             f"commands must be of shape (k, {control.size}), not {action.commands.shape}"
@@ -397,6 +398,8 @@ def _own(value: object, what: str, kind: type[Any]) -> NDArray[Any]:
     """A read-only copy of an action's array, as the kind of numbers that it must be."""
     try:
         given = np.array(value)
+        if np.iscomplexobj(given):
+            raise TypeError("complex numbers")
         with np.errstate(invalid="ignore"):  # NaN as a whole number is refused below
             array = given.astype(kind)
     except Exception as error:  # a stranger's object may raise anything

@@ -16,9 +16,9 @@ from gymnasium import spaces
 from real_bench.actions import Action, Control, make_control
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
-from real_bench.finding import find_controller, source_file
+from real_bench.finding import blame, find_controller, source_file
 from real_bench.isolation.channel import Channel, Closed
-from real_bench.isolation.messages import MessageError, Size
+from real_bench.isolation.messages import Size
 from real_bench.isolation.observed import Unpacker
 from real_bench.observation import Observation
 from real_bench.phases.local import LocalGuest, identify
@@ -42,6 +42,7 @@ class Servant:
 
     def __init__(self, channel: Channel) -> None:
         self._channel = channel
+        self._spec = ""
         self._guests: dict[int, LocalGuest] = {}
         self._n_made = 0
 
@@ -52,13 +53,23 @@ class Servant:
             try:
                 answer = ["answer", getattr(self, f"do_{question}")(*arguments)]
                 self._channel.send(answer)
-            except (RealBenchError, MessageError) as error:
-                self._channel.send(["fault", str(error)[:10_000]])
+            except RealBenchError as error:
+                self._fail(str(error))
+            except Closed:
+                raise
+            except Exception as error:  # hostile objects may raise anything, anywhere
+                self._fail(f"controller {self._spec}: {question} failed at {blame(error)}")
 
-    def do_identity(self, spec: str, settings: Mapping[str, Any] | None) -> dict[str, Any]:
-        """Import the controller and say what it is."""
-        kind = find_controller(spec)
-        self._spec, self._kind, self._settings = spec, kind, settings or {}
+    def _fail(self, text: str) -> None:
+        self._channel.send(["fault", text[:10_000]])
+
+    def do_identity(
+        self, spec: str, place: str, settings: Mapping[str, Any] | None
+    ) -> dict[str, Any]:
+        """Import the controller, which lies at ``place``, and say what it is."""
+        self._spec = spec
+        kind = find_controller(place)
+        self._kind, self._settings = kind, settings or {}
         identity = identify(kind, spec, settings)
         return {
             "class_name": identity.class_name,

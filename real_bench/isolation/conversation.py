@@ -29,12 +29,16 @@ class Conversation:
     Args:
         spec: how the user names the controller, for messages.
         view: what it sees of the file system.
+
+    Attributes:
+        world_told: the number of the last world that it was told of.
+        limits: what it may use up.
     """
 
     def __init__(self, spec: str, view: View, limits: Limits, walls: Walls) -> None:
         self.spec = spec
         self.world_told = -1
-        self._limits, self._time_left = limits, limits.total_s
+        self.limits, self._time_left = limits, limits.total_s
         self._process = Process(walls, view, limits)
         self._end: ControllerError | None = None
         self._n_files = 0
@@ -57,7 +61,7 @@ class Conversation:
         if self._end is not None:
             raise self._end
         began = time.monotonic()
-        allowed = min(self._limits.call_s, self._time_left)
+        allowed = min(self.limits.call_s, self._time_left)
         try:
             return self._answer(question, arguments, size, seen or {}, began + allowed)
         except Late:
@@ -124,9 +128,9 @@ class Conversation:
         return self._end
 
     def _too_late(self, allowed: float) -> str:
-        if allowed < self._limits.call_s:
-            return f"did not end within the {self._limits.total_s:g} s of --total-limit"
-        return f"did not end within the {self._limits.call_s:g} s of --call-limit"
+        if allowed < self.limits.call_s:
+            return f"did not end within the {self.limits.total_s:g} s of --total-limit"
+        return f"did not end within the {self.limits.call_s:g} s of --call-limit"
 
 
 def _what(question: str, arguments: tuple[Any, ...]) -> str:

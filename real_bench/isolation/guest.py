@@ -42,7 +42,8 @@ class IsolatedGuest:
         number: int = 0,
     ) -> None:
         self.spec, self.identity = spec, identity
-        self._control, self._conversation, self._number = control, conversation, number
+        self.conversation = conversation
+        self._control, self._number = control, number
 
     def seed(self, seed: int) -> None:
         """Seed it, and what controllers draw from without being asked to."""
@@ -62,8 +63,8 @@ class IsolatedGuest:
 
     def step(self, observation: Observation) -> tuple[Command, bool]:
         """The next step's command, and whether images are wanted."""
-        told = packed(observation, self._conversation.world_told)
-        self._conversation.world_told = observation.world
+        told = packed(observation, self.conversation.world_told)
+        self.conversation.world_told = observation.world
         match self._ask("step", told):
             case [np.ndarray() as command, bool(render)]:
                 pass
@@ -108,21 +109,21 @@ class IsolatedGuest:
         number = self._ask("copy")
         if type(number) is not int:
             raise fault(self, "its process does not say which copy it made")
-        return IsolatedGuest(self.spec, self.identity, self._control, self._conversation, number)
+        return IsolatedGuest(self.spec, self.identity, self._control, self.conversation, number)
 
     def close(self) -> None:
         """A copy is forgotten; with the first one the process ends."""
         if self._number == 0:
-            self._conversation.close()
-        elif not self._conversation.is_over:
+            self.conversation.close()
+        elif not self.conversation.is_over:
             self._ask("forget")
 
     def _ask(self, question: str, *arguments: Any, **options: Any) -> Any:
-        return self._conversation.ask(question, self._number, *arguments, **options)
+        return self.conversation.ask(question, self._number, *arguments, **options)
 
     def _told(self, argument: Any) -> Any:
         if isinstance(argument, Experience):
-            path = self._conversation.new_file()
+            path = self.conversation.new_file()
             write_excerpt(argument, path)
             return {
                 "path": str(path),

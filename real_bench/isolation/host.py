@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ControllerError
+from real_bench.finding import resolved
 from real_bench.isolation.conversation import Conversation
 from real_bench.isolation.guest import IsolatedGuest
 from real_bench.isolation.limits import Limits
@@ -67,7 +68,7 @@ def _identity(
         encode(settings)
     except MessageError as error:
         raise conversation.fault(f"its settings must be plain values: {error}") from error
-    match conversation.ask("identity", spec, settings):
+    match conversation.ask("identity", spec, resolved(spec), settings):
         case {
             "class_name": str(name),
             "source": str(source),

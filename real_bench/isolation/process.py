@@ -29,7 +29,7 @@ KEPT_VARIABLES = (
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
 )
-PATIENCE_S = 10.0
+PATIENCE_S = 5.0
 
 
 class Process:

@@ -108,6 +108,8 @@ class LocalGuest:
             return self._control.command(action), wants_render(action)
         except ActionError as error:
             raise fault(self, f"step() returned a bad action: {error}") from error
+        except (Exception, SystemExit) as error:  # a stranger's object may raise anything
+            raise fault(self, f"step() returned a bad action: {blame(error)}") from error
 
     def get_state(self) -> State:
         """What the controller hands over, its own copy."""

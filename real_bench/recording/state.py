@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import count
 from typing import Any
 
 import h5py
@@ -63,8 +64,20 @@ def strip_state(state: State) -> tuple[str, list[np.ndarray[Any, Any]]]:
 
 
 def restore_state(structure: str, array: Callable[[int], Any]) -> State:
-    """What :func:`strip_state` took apart; raises ValueError (or KeyError) where damaged."""
-    state = _restore(json.loads(structure), array)
+    """What :func:`strip_state` took apart; raises ValueError (or KeyError) where damaged.
+
+    Args:
+        structure: its first part.
+        array: gives the array of a number; each is asked for once, as it is in the state.
+    """
+    left = count()
+
+    def next_array(number: Any) -> Any:
+        if type(number) is not int or number != next(left):
+            raise ValueError(f"array {number!r} is not the next one")
+        return array(number)
+
+    state = _restore(json.loads(structure), next_array)
     if not isinstance(state, dict):
         raise ValueError("a controller's state must be a dict")
     return state

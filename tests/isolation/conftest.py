@@ -70,6 +70,7 @@ def play(scene: Scene, tmp_path: Path) -> Play:
         condition: str = "OM",
         out: str = "run.h5",
         resume: bool = False,
+        settings: dict[str, Any] | None = None,
     ) -> Path:
         phase = IntrinsicPhase(
             controller,
@@ -79,6 +80,7 @@ def play(scene: Scene, tmp_path: Path) -> Play:
             steps,
             0,
             tmp_path / out,
+            settings=settings or {},
             host=host or LocalHost(),
         )
         phase.run(ignore, resume=resume).close()
