@@ -41,6 +41,7 @@ def _write(experience: Experience, recording: Recording, file: h5py.File) -> Non
     file.create_group("controller_state")
     n_commands = int(rows["n_commands"].sum())
     counts = {"transitions": len(rows), "commands": n_commands, "states": n_states, "cuts": 0}
+    file.attrs["excerpt"] = not experience.sees_objects
     if experience.sees_objects:
         counts["ground_truth/object_poses"] = n_states
     if recording.n_images is not None:
