@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from real_bench.errors import ControllerError
+from real_bench.plain_yaml import parse_yaml, read_text
 
 Values = dict[str, Any]
 
@@ -90,8 +90,8 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Values:
 
 def _read_file(file: Path) -> Values:
     try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(file)
+    except (OSError, ValueError) as error:
         raise ControllerError(f"the settings file {file} cannot be read: {error}") from error
     values = _parsed(text, f"the settings file {file}")
     if values is None:  # an empty file, or nothing but comments
@@ -103,10 +103,9 @@ def _read_file(file: Path) -> Values:
 
 def _parsed(text: str, source: str) -> Any:
     try:
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:
-        # some scalars, such as a date in month 13, break YAML's reader in its own ways
-        raise ControllerError(f"{source}: {' '.join(str(error).split())}") from error
+        return parse_yaml(text)
+    except ValueError as error:
+        raise ControllerError(f"{source}: {error}") from error
 
 
 def _nested(names: list[str], value: Any) -> Values:

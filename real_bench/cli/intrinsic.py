@@ -65,7 +65,7 @@ def plan_phase(
     *,
     settings_file: Path | None,
     assignments: tuple[str, ...],
-    isolation: options.Isolation,
+    isolation: options.Isolation = options.NOT_ISOLATED,
     secrets: Iterable[Path | None] = (),
     resume: bool = False,
     **given: Any,

@@ -98,10 +98,10 @@ def recorded_settings(header: Header | None, controller: str | None, host: Host)
 class Isolation:
     """What the isolation options say: whether, and what an isolated controller may use up."""
 
-    isolate: bool
-    memory_limit: float | None
-    call_limit: float | None
-    total_limit: float | None
+    isolate: bool = False
+    memory_limit: float | None = None
+    call_limit: float | None = None
+    total_limit: float | None = None
 
     def host(self, secrets: Iterable[Path | None]) -> Host:
         """Where the controller is to run; says on standard error what isolates it there.
@@ -126,6 +126,9 @@ class Isolation:
         host = IsolatedHost(tuple(path for path in secrets if path is not None), Limits(**asked))
         click.echo(f"the controller is {host.walls.describe()}", err=True)
         return host
+
+
+NOT_ISOLATED = Isolation()
 
 
 def isolation_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -13,10 +13,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from real_bench.errors import SceneError
+from real_bench.plain_yaml import parse_yaml, read_text
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
 DEFAULT_SCENE = "official"
@@ -247,8 +247,8 @@ def manifest_path(name_or_path: str | Path) -> Path:
 def read_manifest(path: Path) -> Manifest:
     """Read and check a manifest; raises SceneError with every fault at once."""
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, yaml.YAMLError, ValueError, LookupError, RecursionError) as error:
+        content = parse_yaml(read_text(path))
+    except (OSError, ValueError) as error:
         raise SceneError(f"cannot read the scene {path}: {_one_line(error)}") from error
     try:
         return Manifest.model_validate(content)
