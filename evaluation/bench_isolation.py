@@ -67,7 +67,7 @@ class Moves(Pushes):
 
 
 def seconds(
-    controller: str, condition: str, steps: int, seed: int, scene: Scene, at: Host
+    controller: str, condition: str, steps: int, seed: int, scene: Scene, host: Host
 ) -> float:
     """How long free play takes; its first 1000 steps warm up."""
     moments: list[float] = []
@@ -80,7 +80,7 @@ def seconds(
             steps=steps + ACTION_STEPS,
             seed=seed,
             out=Path(folder) / "run.h5",
-            host=at,
+            host=host,
         )
         phase.run(lambda progress: moments.append(time.perf_counter())).close()
     return moments[-1] - moments[0]
