@@ -23,7 +23,6 @@ def main() -> None:
     """Run by the parent with one argument, JSON: see ``walls.py``."""
     told = json.loads(sys.argv[1])
     _die_with_parent(told["parent"])
-    _be_killed_first()
     _limit(told["memory_bytes"], told["file_bytes"])
     if told["reach"] is not None:
         _part("landlock")["restrict"](**told["reach"])
@@ -48,12 +47,6 @@ def _die_with_parent(parent: "int | None") -> None:
     ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL, 0, 0, 0)
     if os.getppid() != parent:
         os._exit(1)
-
-
-def _be_killed_first() -> None:
-    """Where memory runs out, this is the process to go."""
-    with suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_text("1000")
 
 
 def _limit(memory_bytes: int, file_bytes: int) -> None:

@@ -157,13 +157,14 @@ def bubblewrap_options(view: View, site: Site) -> list[str]:
     return [
         *_NAMESPACES,
         *("--proc", "/proc", "--dev", "/dev"),
-        *("--remount-ro", "/dev"),
+        # Root outside would be let write the system's settings, whoever it is said to be inside.
+        *("--remount-ro", "/dev", "--remount-ro", "/proc"),
         *("--size", str(TEMPORARY_BYTES), "--tmpfs", "/tmp"),
         *_flat(("--symlink", str(Path(path).readlink()), path) for path in links),
         *_flat(("--ro-bind", str(path), str(path)) for path in folders),
         *_flat(("--size", "65536", "--tmpfs", str(path)) for path in _masked(view)),
         *("--ro-bind", str(site.inbox), str(site.inbox)),
-        *("--chdir", "/tmp"),
+        *("--remount-ro", "/", "--chdir", "/tmp"),
     ]
 
 

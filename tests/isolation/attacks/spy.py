@@ -316,6 +316,23 @@ def starting_programs(spy: Spy) -> object:
 
 
 @attack
+def files_outside_of_its_own_folder(spy: Spy) -> object:
+    """Without a name, so that none is left behind where it succeeds."""
+    found = []
+    for folder in ("/", "/etc", "/usr", "/root", "/home", "/dev", "/dev/shm", "/var", "/sys"):
+        with suppress(OSError):
+            os.close(os.open(folder, os.O_TMPFILE | os.O_WRONLY))
+            found.append(folder)
+    return found
+
+
+@attack
+def settings_of_the_system(spy: Spy) -> object:
+    """Nothing is written, but it could be."""
+    return os.open("/proc/sys/kernel/core_pattern", os.O_WRONLY)
+
+
+@attack
 def new_namespaces(spy: Spy) -> object:
     return ctypes.CDLL(None).unshare(0x10000000) == 0 and "a user namespace"
 

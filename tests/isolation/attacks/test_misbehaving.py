@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,8 @@ from real_bench.task import Task
 from tests.cli.shell import realbench
 from tests.isolation.conftest import LIMITS, Face, Play
 from tests.phases.conftest import guest
-from tests.recording.bench import recorded_steps, wait_until
+from tests.recording.bench import realbench as command_line
+from tests.recording.bench import recorded_steps, start, wait_for, wait_until
 
 pytestmark = pytest.mark.attacks
 
@@ -221,6 +223,35 @@ def test_trials_done_before_are_kept(
     with pytest.raises(ControllerError, match="exit code 7 in seed"):
         face_goals(guest("tested:DiesInTheSecondTrial"), host=isolated)
     assert [trial.goal for trial in load_result(tmp_path / "score.json").trials] == [0]
+
+
+def test_the_benchmark_is_killed(tmp_path: Path) -> None:
+    """Nothing of the controller survives it, though nobody is left to end it."""
+    command = ["intrinsic", "--controller", ROGUE, "--set", "deed=hang", "--isolate"]
+    more = ["--condition", "OM", "--scene", "builtin", "--steps", "9000"]
+    benchmark = start(command_line(*command, *more), tmp_path)
+    wait_for(benchmark, lambda: "start.py" in str([arguments(one) for one in below(benchmark.pid)]))
+    family = below(benchmark.pid)
+    benchmark.kill()
+    benchmark.communicate()
+    wait_until(lambda: not any("start.py" in arguments(one) for one in family))
+
+
+def below(pid: int) -> list[int]:
+    """The processes that a process started, and theirs."""
+    parents = {}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            parents[int(path.parent.name)] = int(path.read_text().rpartition(")")[2].split()[1])
+    found = [one for one, parent in parents.items() if parent == pid]
+    return found + [deeper for one in found for deeper in below(one)]
+
+
+def arguments(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text()
+    except OSError:
+        return ""
 
 
 def test_our_modules_are_patched(face_goals: Face, isolated: IsolatedHost) -> None:

@@ -148,6 +148,8 @@ NEEDS_MORE = {
     "reading_memory_by_system_call",
     "signals_to_other_processes",
     "limits_of_other_processes",
+    "settings_of_the_system",
+    "files_outside_of_its_own_folder",
     "new_namespaces",
     "change_our_code",
     "change_installed_packages",
