@@ -12,18 +12,20 @@ from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.isolation import IsolatedHost, Limits, Walls
 from real_bench.isolation.view import view_of
 from tests.cli.shell import realbench
-from tests.isolation.conftest import LIMITS
+from tests.isolation.conftest import LIMITS, Play
+from tests.recording.bench import recorded_steps
 
 
 def test_a_run_says_what_isolates_it(tmp_path: Path, goals: GoalSet) -> None:
     """Both phases in isolation, from the command line, with the goals beside the controller."""
     save_goal_set(goals, tmp_path / "goals.npy")
     (tmp_path / "mine.py").write_text(
+        "import tempfile\n"
         "from real_bench.actions import Action\n"
         "from real_bench.controller import Controller\n"
         "class Mine(Controller):\n"
         "    def next_action(self, observation):\n"
-        "        assert open('/tmp/mine', 'w').write('x')\n"
+        "        tempfile.NamedTemporaryFile('w').write('x')\n"
         "        return Action.rest(4)\n"
     )
     options = ["--controller", "mine.py", "--scene", "builtin", "--isolate"]
@@ -56,6 +58,11 @@ def test_what_is_not_enforced_is_said() -> None:
     nothing = Walls(None, False, False)
     assert len(nothing.missing()) >= 4
     assert "NOT enforced: files" in nothing.describe()
+
+
+def test_without_any_walls_it_is_a_process_of_its_own(play: Play) -> None:
+    host = IsolatedHost((), LIMITS, Walls(None, False, False))
+    assert recorded_steps(play("real_r", 1000, host=host)) == 1000
 
 
 def test_a_controller_sees_code_beside_it_but_no_goals_and_no_links(tmp_path: Path) -> None:
