@@ -103,16 +103,18 @@ def plan_trials(
     video: Path | None,
     pictures: Path | None,
     explain: Path | None,
-    host: Host,
+    host: Host | None = None,
 ) -> TrialPlan:
     """What the options describe; what they leave out comes from the recording or the goals."""
     from real_bench.conditions import Condition
     from real_bench.goal_sets import load_goal_set
     from real_bench.phases.lengths import TRIAL_STEPS
+    from real_bench.phases.local import LocalHost
     from real_bench.phases.trial import TrialPlan
     from real_bench.settings import merged, read_settings
     from real_bench.simulation import DEFAULT_SCENE, load_scene
 
+    host = host or LocalHost()
     path, header = _find_run(run, optional=controller is not None)
     given = load_goal_set(goals) if goals else None
     known = header.objects if header else given.n_objects if given else 1
