@@ -31,6 +31,7 @@ types: .venv/ready
 bench: .venv/ready
 	$(BIN)/realbench scene install
 	$(BIN)/python evaluation/bench.py $(if $(OFFICIAL),--official $(OFFICIAL))
+	$(BIN)/python evaluation/bench_isolation.py
 	$(BIN)/python evaluation/bench_planner.py $(if $(RUN),--run $(RUN))
 
 clean:

@@ -36,6 +36,9 @@ ACTION_STEPS = 1000
 LARGEST_NUMBER = 1e6
 """Metres or radians beyond this are no command of anybody's."""
 
+LONGEST_STEPS = 1_000_000_000
+"""No phase is longer; so the duration of an action is a sum that cannot overflow."""
+
 VIA_POINT_STEPS = 850
 """Steps of a via-point action that follow the points; the rest is spent at home."""
 
@@ -58,16 +61,17 @@ class Action:
     def __post_init__(self) -> None:
         for name, kind in (("commands", np.float64), ("n_steps", np.int64), ("line", np.bool_)):
             object.__setattr__(self, name, _own(getattr(self, name), name, kind))
-        k = len(self.commands)
-        if self.commands.ndim != 2 or k == 0:
+        if self.commands.ndim != 2 or len(self.commands) == 0:
             raise ActionError(
                 f"an action needs commands of shape (k, size), not {self.commands.shape}"
             )
+        k = len(self.commands)
         if self.n_steps.shape != (k,) or self.line.shape != (k,):
             raise ActionError(f"an action of {k} commands needs {k} durations and {k} line flags")
-        if (self.n_steps < 1).any():
+        if (self.n_steps < 1).any() or (self.n_steps > LONGEST_STEPS).any():
             raise ActionError(
-                f"every command must last at least one step, not {self.n_steps.tolist()}"
+                f"every command must last 1 to {LONGEST_STEPS:,} steps, "
+                f"not {_short(self.n_steps.tolist())}"
             )
         numbers = self.commands[~np.isnan(self.commands)]
         if (np.abs(numbers) > LARGEST_NUMBER).any():
@@ -340,9 +344,10 @@ def wants_render(action: Mapping[str, Any]) -> bool:
 
 
 def check_action(action: object, control: Control) -> Action:
-    """The action itself if it is one that ``control`` can execute; raises ActionError if not."""
-    if not isinstance(action, Action):
+    """A copy of the action if it is one that ``control`` can execute; raises ActionError if not."""
+    if type(action) is not Action:  # an object may claim any class, and a subclass do anything
         raise ActionError(f"an action was expected, not {_short(action)}")
+    action = Action(action.commands, action.n_steps, action.line)  # frozen is not unchangeable
     if action.commands.shape[1] != control.size:
         raise ActionError(
             f"commands must be of shape (k, {control.size}), not {action.commands.shape}"
@@ -353,6 +358,17 @@ def check_action(action: object, control: Control) -> Action:
     if action.line.any() and not isinstance(control, JointControl):
         raise ActionError("only joint commands can move on a straight line")
     return action
+
+
+def check_command(command: NDArray[Any], control: Control) -> Command:
+    """A command vector itself if ``control`` can execute it; raises ActionError if not."""
+    if command.dtype != np.float64 or command.shape != (control.size,):
+        raise ActionError(
+            f"a command must be {control.size} numbers, not {command.dtype} {command.shape}"
+        )
+    if not np.abs(command).max() <= LARGEST_NUMBER and not np.isnan(command).all():
+        raise ActionError(f"a command must be finite numbers, not {command.tolist()}")
+    return command
 
 
 def _check_keys(action: object, keys: tuple[str, ...]) -> None:
@@ -382,6 +398,8 @@ def _own(value: object, what: str, kind: type[Any]) -> NDArray[Any]:
     """A read-only copy of an action's array, as the kind of numbers that it must be."""
     try:
         given = np.array(value)
+        if np.iscomplexobj(given):
+            raise TypeError("complex numbers")
         with np.errstate(invalid="ignore"):  # NaN as a whole number is refused below
             array = given.astype(kind)
     except Exception as error:  # a stranger's object may raise anything

@@ -108,7 +108,7 @@ def _load_named(name: str) -> type[Any]:
         )
     try:
         loaded = offers[name].load()
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ControllerError(f"controller {name} cannot be loaded: {blame(error)}") from error
     return _checked(loaded, name)
 
@@ -116,7 +116,7 @@ def _load_named(name: str) -> type[Any]:
 def _load_module(name: str, spec: str) -> ModuleType:
     try:
         return importlib.import_module(name)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ControllerError(f"controller {spec} cannot be loaded: {blame(error)}") from error
 
 

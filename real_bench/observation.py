@@ -7,15 +7,31 @@ from typing import Any
 
 from real_bench.errors import ControllerError
 
+CAMERA_KEYS = frozenset({"retina", "depth", "mask"})
+GOAL_KEYS = frozenset({"goal", "goal_mask", "goal_positions"})
+
 
 class Observation(Mapping[str, Any]):
     """One moment, under the official keys.
 
     A value is computed when it is first read. Once the robot has moved on, what was not read can
     no longer be had: reading it raises ControllerError.
+
+    Args:
+        senses: how each value is computed.
+        dark: the keys of images that the camera did not take; they are zeros.
+        world: the number of the world that it is of; within one, nothing about the goal changes.
+
+    ``dark`` and ``world`` are for who takes it elsewhere: what they tell need not be carried.
     """
 
-    def __init__(self, senses: Mapping[str, Callable[[], Any]]) -> None:
+    def __init__(
+        self,
+        senses: Mapping[str, Callable[[], Any]],
+        dark: frozenset[str] = frozenset(),
+        world: int = 0,
+    ) -> None:
+        self.dark, self.world = dark, world
         self._senses = senses
         self._seen: dict[str, Any] = {}
         self._past = False

@@ -12,7 +12,7 @@ from real_bench.actions import Action, Command, action_segments, make_control
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError
 from real_bench.goal_sets import Goal
-from real_bench.observation import Observation
+from real_bench.observation import CAMERA_KEYS, Observation
 from real_bench.simulation import Image, Segment, Simulation
 from real_bench.simulation.scene import Scene
 from real_bench.simulation.simulation import SHOWN_COMMANDS
@@ -41,6 +41,7 @@ class Task:
         self.observation_space = observation_space(scene, condition, n_objects)
         self.goal: Goal | None = None
         self.n_steps = 0
+        self._n_worlds = 0
         self._watcher: Watcher | None = None
         self._watch_every = 0
         self._observation: Observation | None = None
@@ -58,6 +59,7 @@ class Task:
         self.simulation.reset(poses, joint_positions)
         self.control.forget()
         self.n_steps = 0
+        self._n_worlds += 1
         self._expire()
 
     def watch(self, watcher: Watcher | None, every: int) -> None:
@@ -88,7 +90,9 @@ class Task:
     def observe(self, *, render: bool = True) -> Observation:
         """What is seen now; camera images are zeros where ``render`` is false."""
         self._expire()
-        self._observation = Observation(self._senses(self._shutter(render)))
+        senses = self._senses(self._shutter(render))
+        dark = frozenset() if render else CAMERA_KEYS & senses.keys()
+        self._observation = Observation(senses, dark, self._n_worlds)
         return self._observation
 
     def close(self) -> None:

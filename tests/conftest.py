@@ -39,3 +39,24 @@ def shared() -> Path:
     if not SHARED.is_dir():
         pytest.skip(f"{SHARED} is not here")
     return SHARED
+
+
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter, config: pytest.Config
+) -> None:
+    """After ``pytest -m attacks``: every attack, and what came of it."""
+    if config.option.markexpr != "attacks":
+        return
+    outcomes = {"passed": "no harm", "failed": "HARM", "error": "NOT TRIED", "skipped": "not here"}
+    terminalreporter.section("attacks")
+    for outcome, meaning in outcomes.items():
+        for report in terminalreporter.stats.get(outcome, []):
+            file, _, name = report.nodeid.rpartition("/")[2].partition("::")
+            what = name.removeprefix("test_").replace("_", " ").replace("[", ": ").rstrip("]")
+            where = file.removeprefix("test_").removesuffix(".py").replace("_", " ")
+            terminalreporter.write_line(f"{meaning:9}  {where}: {what}")
+    counts = ", ".join(
+        f"{len(terminalreporter.stats.get(outcome, []))} {meaning}"
+        for outcome, meaning in outcomes.items()
+    )
+    terminalreporter.write_line(counts)

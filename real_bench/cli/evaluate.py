@@ -28,6 +28,7 @@ Example:
 @click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
 @options.overwrite_option
 @options.json_option
+@options.isolation_options
 def evaluate(
     goals: Path | None,
     trials: int | None,
@@ -49,7 +50,7 @@ def evaluate(
     from real_bench.phases.lengths import TRIAL_STEPS
     from real_bench.phases.trial import TrialPlan
 
-    phase = playing.plan_phase(run, **given)
+    phase = playing.plan_phase(run, secrets=[out, goals], **given)
     given_goals = load_goal_set(goals) if goals else None
     plan = TrialPlan(
         controller=phase.controller,
@@ -60,6 +61,7 @@ def evaluate(
         trial_steps=TRIAL_STEPS,
         run=run,
         settings=phase.settings,
+        host=phase.host,
     )
     test = ExtrinsicPhase(plan, testing.trials_asked(trials, plan), out)
     check_output(out, overwrite=overwrite)

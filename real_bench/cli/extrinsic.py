@@ -16,7 +16,7 @@ from real_bench.errors import RecordingError
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.player import Guest
+    from real_bench.phases.guest import Guest, Host
     from real_bench.phases.trial import TrialPlan
     from real_bench.recording import Header
     from real_bench.scoring.result import Result
@@ -61,11 +61,13 @@ BELOW_MINIMUM = 3
 @options.resume_option
 @options.overwrite_option
 @options.json_option
+@options.isolation_options
 def extrinsic(
     trials: int | None,
     jobs: int,
     out: Path,
     min_score: float | None,
+    isolation: options.Isolation,
     resume: bool,
     overwrite: bool,
     as_json: bool,
@@ -78,7 +80,8 @@ def extrinsic(
     """
     from real_bench.phases.extrinsic import ExtrinsicPhase
 
-    plan = plan_trials(**given)
+    secrets = [out, *(given[name] for name in ("run", "goals", "video", "pictures", "explain"))]
+    plan = plan_trials(**given, host=isolation.host(secrets))
     phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
     result = run_trials(phase, resume=resume, overwrite=overwrite)
     show(result, out, as_json=as_json)
@@ -100,15 +103,18 @@ def plan_trials(
     video: Path | None,
     pictures: Path | None,
     explain: Path | None,
+    host: Host | None = None,
 ) -> TrialPlan:
     """What the options describe; what they leave out comes from the recording or the goals."""
     from real_bench.conditions import Condition
     from real_bench.goal_sets import load_goal_set
     from real_bench.phases.lengths import TRIAL_STEPS
+    from real_bench.phases.local import LocalHost
     from real_bench.phases.trial import TrialPlan
     from real_bench.settings import merged, read_settings
     from real_bench.simulation import DEFAULT_SCENE, load_scene
 
+    host = host or LocalHost()
     path, header = _find_run(run, optional=controller is not None)
     given = load_goal_set(goals) if goals else None
     known = header.objects if header else given.n_objects if given else 1
@@ -138,12 +144,13 @@ def plan_trials(
         run=path,
         run_steps=run_steps,
         settings=merged(
-            options.recorded_settings(header, controller),
+            options.recorded_settings(header, controller, host),
             read_settings(settings_file, assignments),
         ),
         videos=video,
         pictures=pictures,
         explanations=explain,
+        host=host,
     )
 
 

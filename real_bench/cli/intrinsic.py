@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,8 @@ from real_bench.cli import options
 from real_bench.phases.lengths import INTRINSIC_STEPS
 
 if TYPE_CHECKING:
+    from real_bench.phases.guest import Guest, Host
     from real_bench.phases.intrinsic import IntrinsicPhase
-    from real_bench.phases.player import Guest
 
 EPILOG = """\b
 Example:
@@ -34,6 +35,7 @@ Example:
 @options.resume_option
 @options.overwrite_option
 @options.json_option
+@options.isolation_options
 def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: Any) -> None:
     """Let a controller play freely and record every action and its outcome.
 
@@ -42,7 +44,7 @@ def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: 
     was stopped or killed goes on with --resume.
     """
     phase = plan_phase(out, resume=resume, **given)
-    play(phase, resume=resume, overwrite=overwrite)
+    play(phase, resume=resume, overwrite=overwrite).close()
     show(out, as_json=as_json)
 
 
@@ -63,26 +65,32 @@ def plan_phase(
     *,
     settings_file: Path | None,
     assignments: tuple[str, ...],
+    isolation: options.Isolation = options.NOT_ISOLATED,
+    secrets: Iterable[Path | None] = (),
     resume: bool = False,
     **given: Any,
 ) -> IntrinsicPhase:
-    """The phase that the given options describe; what they leave out is the recording's."""
+    """The phase that the given options describe; what they leave out is the recording's.
+
+    An isolated controller must not be able to read the recording, nor ``secrets``.
+    """
     from real_bench.conditions import Condition
     from real_bench.phases.intrinsic import IntrinsicPhase
     from real_bench.settings import merged, read_settings
     from real_bench.simulation import load_scene
 
-    defaults = _recorded(out, given["controller"]) if resume and out.exists() else NEW_RUN
+    host = isolation.host([out, *secrets])
+    defaults = _recorded(out, given["controller"], host) if resume and out.exists() else NEW_RUN
     chosen = {**defaults, **{key: value for key, value in given.items() if value is not None}}
     chosen["settings"] = merged(defaults["settings"], read_settings(settings_file, assignments))
     if chosen["controller"] is None:
         raise click.UsageError("--controller is missing (try --controller real_r)")
     chosen["condition"] = Condition.parse(chosen["condition"])
     chosen["scene"] = load_scene(chosen["scene"])
-    return IntrinsicPhase(out=out, **chosen)
+    return IntrinsicPhase(out=out, host=host, **chosen)
 
 
-def _recorded(path: Path, controller: str | None) -> dict[str, Any]:
+def _recorded(path: Path, controller: str | None, host: Host) -> dict[str, Any]:
     """The options that a recording was made with; settings only for its own controller."""
     from real_bench.recording import Recording
 
@@ -96,7 +104,7 @@ def _recorded(path: Path, controller: str | None) -> dict[str, Any]:
             "steps": recording.total_steps,
             "seed": header.seed,
             "images": header.images,
-            "settings": options.recorded_settings(header, controller),
+            "settings": options.recorded_settings(header, controller, host),
         }
 
 

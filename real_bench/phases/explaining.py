@@ -18,7 +18,7 @@ from real_bench.explanation import Explanation
 from real_bench.files import write_whole
 from real_bench.goal_sets import Goal
 from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
-from real_bench.phases.player import Guest
+from real_bench.phases.guest import Guest, fault
 from real_bench.task import Task
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Explainer:
         explanation = guest.explain() or Explanation("not explained", {})
         expected = explanation.positions
         if expected is not None and expected.shape[1] != len(before):
-            raise guest.fault(f"explain() gives positions of {expected.shape[1]} objects")
+            raise fault(guest, f"explain() gives positions of {expected.shape[1]} objects")
         self._decisions.append(Decision(explanation, image, before, self._positions()))
 
     def save(self, folder: Path, name: str) -> None:
@@ -141,7 +141,7 @@ class Explainer:
         panel.imshow(decision.image)
         missed = decision.missed_by
         below = f"\nmissed by {100 * max(missed):.1f} cm" if missed else ""
-        panel.set_title(f"{number}. {explanation.title}{below}", fontsize=10)
+        panel.set_title(f"{number}. {explanation.title}{below}", fontsize=10, parse_math=False)
         height = float(decision.before[:, 2].min())
         for rank, action in reversed(list(enumerate(explanation.actions))):
             self._draw_push(panel, action, height, PUSH if rank == 0 else LATER)

@@ -9,15 +9,13 @@ from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256, write_lock
-from real_bench.finding import find_controller, source_sha256
-from real_bench.phases.player import Guest, learns_across_trials
+from real_bench.phases.guest import Guest, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, package_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
-from real_bench.settings import settings_in_full
 
 Report = Callable[[Result], None]
 
@@ -80,8 +78,9 @@ class ExtrinsicPhase:
             resume = resume and self.out.exists()
             remedy = "--overwrite" if guest else "--resume or --overwrite"
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
-            result = self._begun(resume)
-            for trial, seconds in self._trials(result, guest, stop):
+            identity = self._identity() if guest is None else guest.identity
+            result = self._begun(identity, resume)
+            for trial, seconds in self._trials(identity, result, guest, stop):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
@@ -92,9 +91,12 @@ class ExtrinsicPhase:
             )
         return result
 
-    def _begun(self, resume: bool) -> Result:
+    def _identity(self) -> Identity:
+        return self.plan.host.identity(self.plan.controller, self.plan.settings)
+
+    def _begun(self, identity: Identity, resume: bool) -> Result:
         """An empty result, or the one to be resumed."""
-        setting = self._setting()
+        setting = self._setting(identity)
         if not resume:
             return Result(setting=setting)
         result = load_result(self.out)
@@ -120,14 +122,13 @@ class ExtrinsicPhase:
         return result.model_copy(update={"setting": setting})
 
     def _trials(
-        self, result: Result, guest: Guest | None, stop: StopRequest
+        self, identity: Identity, result: Result, guest: Guest | None, stop: StopRequest
     ) -> Iterator[tuple[TrialResult, float]]:
         done = {trial.goal for trial in result.trials}
         left = [number for number in range(self.n_trials) if number not in done]
         if not left:
             return
-        in_order = learns_across_trials(find_controller(self.plan.controller))
-        if self.jobs > 1 and guest is None and not in_order:
+        if self.jobs > 1 and guest is None and not identity.learns_across_trials:
             jobs = min(self.jobs, len(left))
             yield from in_processes(partial(_maker, self.plan), left, jobs, stop, LOST_WORKER)
             return
@@ -145,10 +146,9 @@ class ExtrinsicPhase:
         finally:
             maker.close()
 
-    def _setting(self) -> Setting:
+    def _setting(self, identity: Identity) -> Setting:
         plan = self.plan
-        run_sha256, run_steps = _identity(plan.run)
-        kind = find_controller(plan.controller)
+        run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,
             objects=plan.goal_set.n_objects,
@@ -156,8 +156,8 @@ class ExtrinsicPhase:
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
             controller=plan.controller,
-            controller_sha256=source_sha256(kind),
-            settings=settings_in_full(kind, plan.controller, plan.settings),
+            controller_sha256=identity.source_sha256,
+            settings=dict(identity.settings),
             run_sha256=run_sha256,
             run_steps=plan.run_steps or run_steps,
             goals_sha256=plan.goal_set.sha256,
@@ -168,7 +168,7 @@ class ExtrinsicPhase:
         )
 
 
-def _identity(run: Path | None) -> tuple[str, int]:
+def _run_identity(run: Path | None) -> tuple[str, int]:
     if run is None:
         return "", 0
     with Recording(run) as recording:

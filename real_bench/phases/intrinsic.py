@@ -15,12 +15,13 @@ from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
-from real_bench.finding import find_controller, resolved, source_sha256
-from real_bench.phases.player import Guest
+from real_bench.finding import resolved
+from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
+from real_bench.phases.local import LocalHost
+from real_bench.phases.player import at_play
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.recording import MOVED_M, Experience, Header, Recorder, package_versions
-from real_bench.settings import settings_in_full
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
@@ -58,6 +59,7 @@ class IntrinsicPhase:
         images: record the camera image of every state; None: in image conditions, and where the
             controller uses them.
         settings: values for the controller's settings; its defaults where they are silent.
+        host: where the controller runs.
     """
 
     controller: str
@@ -69,6 +71,7 @@ class IntrinsicPhase:
     out: Path
     images: bool | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
+    host: Host = field(default_factory=LocalHost)
 
     def __post_init__(self) -> None:
         if not 1 <= self.steps < 2**63:
@@ -94,15 +97,15 @@ class IntrinsicPhase:
         """
         resume = resume and self.out.exists()
         check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
-        kind = find_controller(self.controller)
         task = Task(self.scene, self.condition, self.objects)
         try:
-            guest = Guest(self.controller, kind, task, self.settings)
-            header = self._header(kind)
-            with self._recorder(header, resume, overwrite) as recorder, stop_requests() as stop:
-                self._begin(task, guest, recorder)
-                if not recorder.ended:
-                    _Play(task, guest, recorder, self.steps, self.out).run(report, stop)
+            guest = self.host.guest(self.controller, self.settings, task)
+            with closed_on_error(guest), stop_requests() as stop:
+                header = self._header(guest.identity)
+                with self._recorder(header, resume, overwrite) as recorder:
+                    self._begin(task, guest, recorder)
+                    if not recorder.ended:
+                        _Play(task, guest, recorder, self.steps, self.out).run(report, stop)
         finally:
             task.close()
         return guest
@@ -128,7 +131,7 @@ class IntrinsicPhase:
             guest.call("resume_intrinsic_phase", Experience(self.out, self.condition))
         task.begin(object_poses=cut.object_poses, joint_positions=cut.joint_positions)
 
-    def _header(self, kind: type[Any]) -> Header:
+    def _header(self, identity: Identity) -> Header:
         return Header(
             condition=self.condition.name,
             objects=self.objects,
@@ -139,15 +142,14 @@ class IntrinsicPhase:
             seed=self.seed,
             controller=self.controller,
             controller_source=resolved(self.controller),
-            controller_class=kind.__qualname__,
-            controller_sha256=source_sha256(kind),
-            settings=settings_in_full(kind, self.controller, self.settings),
-            images=self._records_images(kind),
+            controller_class=identity.class_name,
+            controller_sha256=identity.source_sha256,
+            settings=dict(identity.settings),
+            images=self._records_images(identity.uses_images),
             versions=package_versions(),
         )
 
-    def _records_images(self, kind: type[Any]) -> bool:
-        uses_images = bool(getattr(kind, "uses_images", False))
+    def _records_images(self, uses_images: bool) -> bool:
         if self.images is False and uses_images:
             raise RealBenchError(f"controller {self.controller} learns from images: record them")
         if self.images is None:
@@ -194,7 +196,7 @@ class _Play:
 
     def _play(self, report: Report, stop: StopRequest) -> None:
         recorder, task = self._recorder, self._task
-        player = self._guest.at_play(task)
+        player = at_play(self._guest, task)
         poses = recorder.add_state(task)
         n_actions = n_moved = 0
         while recorder.n_steps < self._steps and not stop.made:

@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, RealBenchError
-from real_bench.finding import find_controller, resolved, source_sha256
+from real_bench.finding import resolved
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import filmed
-from real_bench.phases.player import Guest
+from real_bench.phases.guest import Guest, Host, closed_on_error
+from real_bench.phases.local import LocalHost
+from real_bench.phases.player import at_play
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.commands import Commands
@@ -45,6 +47,7 @@ class TrialPlan:
         settings: values for the controller's settings; its defaults where they are silent.
         videos, pictures: folders for a film, and for a picture, of each trial.
         explanations: folder for what a controller says of each of its decisions.
+        host: where the controller runs.
     """
 
     controller: str
@@ -59,6 +62,7 @@ class TrialPlan:
     videos: Path | None = None
     pictures: Path | None = None
     explanations: Path | None = None
+    host: Host = field(default_factory=LocalHost)
 
     def __post_init__(self) -> None:
         if self.run_steps is None:
@@ -87,10 +91,12 @@ class TrialMaker:
         self._plan = plan
         self._task = Task(plan.scene, plan.condition, plan.goal_set.n_objects)
         self._guest = self._prepared() if guest is None else guest
-        if plan.run is not None:
-            self._guest.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
-        self._guest.call("start_extrinsic_phase")
-        self.in_order = self._guest.learns_across_trials  # one controller meets goal after goal
+        with closed_on_error(self._guest):
+            if plan.run is not None:
+                self._guest.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
+            self._guest.call("start_extrinsic_phase")
+        # whether one controller meets goal after goal
+        self.in_order = self._guest.identity.learns_across_trials
 
     def make(self, number: int) -> tuple[TrialResult, float]:
         """Test one goal; returns the result and the seconds it took."""
@@ -103,23 +109,30 @@ class TrialMaker:
 
     def close(self) -> None:
         """The tests are over."""
-        if self.in_order:
-            self._guest.call("end_extrinsic_phase")
-        self._task.close()
+        try:
+            if self.in_order:
+                self._guest.call("end_extrinsic_phase")
+        finally:
+            self._guest.close()
+            self._task.close()
 
     def _prepared(self) -> Guest:
         plan = self._plan
-        kind = find_controller(plan.controller)
-        guest = Guest(plan.controller, kind, self._task, plan.settings)
-        guest.seed(plan.seed)
-        if plan.run is not None and plan.run_steps is None:
-            with Recording(plan.run) as recording:
-                # One exploration may serve several controllers; a state is only its maker's.
-                header = recording.header
-                if header.is_of(resolved(plan.controller), source_sha256(kind), kind.__qualname__):
-                    header.check_state_may_serve(plan.condition)
-                    guest.set_state(recording.controller_state())
+        guest = plan.host.guest(plan.controller, plan.settings, self._task)
+        with closed_on_error(guest):
+            guest.seed(plan.seed)
+            if plan.run is not None and plan.run_steps is None:
+                self._hand_over(plan.run, guest)
         return guest
+
+    def _hand_over(self, run: Path, guest: Guest) -> None:
+        """Give it the state that it left; one exploration may serve several controllers."""
+        plan, maker = self._plan, guest.identity
+        with Recording(run) as recording:
+            header = recording.header
+            if header.is_of(resolved(plan.controller), maker.source_sha256, maker.class_name):
+                header.check_state_may_serve(plan.condition)
+                guest.set_state(recording.controller_state())
 
     def _trial(self, number: int) -> TrialResult:
         plan, task, goal = self._plan, self._task, self._plan.goal_set.goals[number]
@@ -134,6 +147,7 @@ class TrialMaker:
         guest.call("end_extrinsic_trial", task.observe().now(), 0.0, True)
         if not self.in_order:
             guest.call("end_extrinsic_phase")
+            guest.close()
         result = trial_result(number, goal, task.simulation.object_poses(), Commands.of(actions))
         if plan.explanations and explainer:
             explainer.save(plan.explanations, f"trial-{number:02d}")
@@ -142,7 +156,7 @@ class TrialMaker:
         return result
 
     def _play(self, guest: Guest, explainer: Explainer | None) -> list[Action]:
-        player = guest.at_play(self._task)
+        player = at_play(guest, self._task)
         actions: list[Action] = []
         while self._task.n_steps < self._plan.trial_steps:
             with explainer.decision(guest) if explainer else nullcontext():

@@ -28,6 +28,8 @@ class Experience:
         n_steps: tell of no more than so many first steps; None: of all.
 
     Attributes:
+        path, condition, n_steps: as given, so that it can be told elsewhere.
+        sees_objects: whether there are positions.
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
         n_states: how many states there are.
@@ -35,7 +37,7 @@ class Experience:
     """
 
     def __init__(self, path: Path, condition: Condition, n_steps: int | None = None) -> None:
-        self._path = path
+        self.path, self.condition, self.n_steps = path, condition, n_steps
         with Recording(path) as recording:
             rows = recording.transitions
             if n_steps is not None:
@@ -45,9 +47,9 @@ class Experience:
                 recording.n_states if whole else int(rows["outcome"].max(initial=-1)) + 1
             )
             recorded = Condition.parse(recording.header.condition)
-            sees_objects = condition.sees_objects and recorded.sees_objects
+            self.sees_objects = condition.sees_objects and recorded.sees_objects
             self.object_names = recording.header.object_names
-            self._poses = recording.object_poses if sees_objects else None
+            self._poses = recording.object_poses if self.sees_objects else None
             joints = recording.states["joint_positions"][: self.n_states]
             self.joint_positions: NDArray[np.float64] = joints
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
@@ -95,7 +97,7 @@ class Experience:
         Returns:
             Its values by number of the state, in the order of their time, (n_states, ...).
         """
-        with Recording(self._path) as recording:
+        with Recording(self.path) as recording:
             values = np.empty(0)
             for first in range(0, self.n_states, IMAGES_A_CHUNK):
                 count = min(IMAGES_A_CHUNK, self.n_states - first)
@@ -114,7 +116,7 @@ class Experience:
 
     @cached_property
     def _commands(self) -> NDArray[Any]:
-        with Recording(self._path) as recording:
+        with Recording(self.path) as recording:
             return recording.commands()
 
     def _positions(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -123,6 +125,6 @@ class Experience:
         return self._poses[rows, :, :3]
 
     def _image(self, row: int) -> NDArray[np.uint8]:
-        with Recording(self._path) as recording:
+        with Recording(self.path) as recording:
             image: NDArray[np.uint8] = recording.images(int(row), 1)[0]
         return image

@@ -13,8 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
+from real_bench.recording.distrust import (
+    check_attributes,
+    check_dataset,
+    check_group,
+    check_pieces,
+    check_sizes,
+)
 from real_bench.recording.header import Header
-from real_bench.recording.schema import FORMAT, SCHEMA_VERSION
+from real_bench.recording.schema import (
+    CUT,
+    FORMAT,
+    SCHEMA_VERSION,
+    STATE,
+    TRANSITION,
+    command_type,
+)
 from real_bench.recording.state import State, load_state
 
 MOVED_M = 0.01
@@ -36,6 +50,7 @@ class Recording:
         try:
             with self._guard():
                 self._check_format()
+                self._check_safe()
                 self.header = Header.from_attributes(dict(self._file.attrs))
                 self.n_steps = int(self._file.attrs["n_steps"])
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
@@ -49,6 +64,11 @@ class Recording:
         except BaseException:
             self._file.close()
             raise
+
+    @property
+    def file(self) -> h5py.File:
+        """The file itself, open for reading."""
+        return self._file
 
     @property
     def n_commands(self) -> int:
@@ -73,6 +93,7 @@ class Recording:
             raise RecordingError(f"{self.path} was recorded without images")
         with self._guard():
             end = None if count is None else first + count
+            check_pieces(self._file["images"], first, end)
             images: NDArray[np.uint8] = self._file["images"][first:end]
         return images
 
@@ -86,6 +107,8 @@ class Recording:
     @property
     def object_poses(self) -> NDArray[np.float64]:
         """True poses of the objects in every state, (m, n_objects, 7). For analysis."""
+        if "ground_truth" not in self._file:
+            raise RecordingError(f"{self.path} is an excerpt for a controller, without positions")
         with self._guard():
             poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
         return poses
@@ -94,6 +117,8 @@ class Recording:
         """What the controller handed over; empty where it did not."""
         with self._guard():
             group = self._file["controller_state"]
+            for name in group:
+                check_dataset(group, name, *_numbers(group, name))
             return load_state(group) if len(group) else {}
 
     def displacements(self) -> NDArray[np.float64]:
@@ -119,20 +144,43 @@ class Recording:
         self.close()
 
     def _check_format(self) -> None:
+        check_attributes(self._file)
         attributes = self._file.attrs
         if attributes.get("format") != FORMAT:
             raise RecordingError(f"{self.path} is not a recording of realbench")
-        version = attributes.get("schema_version")
+        version = int(attributes.get("schema_version", 0))
         if version != SCHEMA_VERSION:
             raise RecordingError(
                 f"{self.path} is of schema version {version}; this realbench reads "
                 f"version {SCHEMA_VERSION} (install a newer realbench)"
             )
 
+    def _check_safe(self) -> None:
+        """Look at what will be read, before it is."""
+        file = self._file
+        size = file["commands"].dtype["command"].shape[0]
+        n_objects = int(file.attrs["objects"])
+        rows: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {
+            "transitions": (TRANSITION, ()),
+            "commands": (command_type(size), ()),
+            "states": (STATE, ()),
+            "cuts": (CUT, ()),
+        }
+        for group in ("ground_truth", "controller_state"):
+            check_group(file, group)
+        if "ground_truth" in file:  # else see _n_poses
+            rows["ground_truth/object_poses"] = (np.dtype("<f8"), (n_objects, 7))
+        for name, (dtype, shape) in rows.items():
+            check_dataset(file, name, dtype, shape)
+        if "images" in file:
+            height, width, *_ = file["images"].shape[1:]
+            check_dataset(file, "images", np.dtype("u1"), (height, width, 3))
+        check_sizes(file, rows)
+
     def _check_rows(self) -> None:
         rows = self.transitions
         good = (
-            len(self._file["ground_truth/object_poses"]) == self.n_states
+            self._n_poses in (None, self.n_states)
             and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
             and int(rows["n_commands"].sum()) == self.n_commands
@@ -144,6 +192,13 @@ class Recording:
         if not good:
             raise ValueError("its rows do not fit together")
 
+    @property
+    def _n_poses(self) -> int | None:
+        """How many states have true poses: all, or None in an excerpt for a controller."""
+        if self._file.attrs.get("excerpt", False):
+            return None
+        return len(self._file["ground_truth/object_poses"])
+
     @contextmanager
     def _guard(self) -> Iterator[None]:
         """Turn whatever a bad file makes h5py raise into one clear error."""
@@ -151,8 +206,16 @@ class Recording:
             yield
         except FileNotFoundError as error:
             raise RecordingError(f"the recording {self.path} does not exist") from error
-        except (OSError, KeyError, ValueError, RuntimeError, TypeError) as error:
+        except (OSError, LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
             reason = " ".join(str(error).split())
             raise RecordingError(
                 f"{self.path} cannot be read, it is damaged or not a recording: {reason}"
             ) from error
+
+
+def _numbers(group: h5py.Group, name: str) -> tuple[np.dtype[Any], None]:
+    """What an array of a controller's state may hold: numbers of any kind, in any shape."""
+    dtype = group[name].dtype
+    if dtype.kind not in "biufc":
+        raise ValueError(f"controller_state/{name} holds {dtype}")
+    return dtype, None

@@ -16,6 +16,9 @@
                            packages were from there on; a fresh world began there
     /controller_state      what the controller hands over
 
+An excerpt that is written for an isolated controller has an empty controller_state and, where no
+positions may be seen, no ground_truth (it says so: attribute excerpt).
+
 The outcome of one action is the precondition of the next, so each state is kept once. After a
 cut the world begins anew at the recorded poses, so the first action has a state of its own.
 """

@@ -7,6 +7,8 @@ them by number.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from itertools import count
 from typing import Any
 
 import h5py
@@ -26,8 +28,7 @@ _LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 def save_state(group: h5py.Group, state: State) -> None:
     """Write a state into an empty group; raises RecordingError for what cannot be kept."""
-    datasets: list[np.ndarray[Any, Any]] = []
-    tree = _strip_all(state, datasets)
+    tree, datasets = strip_state(state)
     group.create_dataset(_TREE, data=np.frombuffer(tree.encode(), np.uint8))
     for number, array in enumerate(datasets):
         group.create_dataset(str(number), data=array)
@@ -35,30 +36,51 @@ def save_state(group: h5py.Group, state: State) -> None:
 
 def load_state(group: h5py.Group) -> State:
     """Read what :func:`save_state` wrote; raises KeyError or ValueError where it is damaged."""
-    tree = json.loads(group[_TREE][()].tobytes().decode())
-    state = _restore(tree, group)
-    if not isinstance(state, dict):
-        raise ValueError("a controller's state must be a dict")
-    return state
+    return restore_state(group[_TREE][()].tobytes().decode(), lambda number: group[str(number)][()])
 
 
 def check_state(state: State) -> None:
     """Raise RecordingError where a state could not be kept."""
-    _strip_all(state, [])
+    strip_state(state)
 
 
 def state_bytes(state: State) -> int:
     """About how much room a state takes in a file."""
-    datasets: list[np.ndarray[Any, Any]] = []
-    tree = _strip_all(state, datasets)
+    tree, datasets = strip_state(state)
     return len(tree) + sum(array.nbytes + _DATASET_BYTES for array in datasets)
 
 
-def _strip_all(state: State, datasets: list[np.ndarray[Any, Any]]) -> str:
+def strip_state(state: State) -> tuple[str, list[np.ndarray[Any, Any]]]:
+    """The structure of a state as JSON, and the arrays that it names by their numbers.
+
+    Raises:
+        RecordingError: it holds what cannot be kept.
+    """
+    datasets: list[np.ndarray[Any, Any]] = []
     try:
-        return json.dumps(_strip(state, datasets, "state"))
+        return json.dumps(_strip(state, datasets, "state")), datasets
     except RecursionError as error:
         raise RecordingError("a controller's state is nested too deeply, or in itself") from error
+
+
+def restore_state(structure: str, array: Callable[[int], Any]) -> State:
+    """What :func:`strip_state` took apart; raises ValueError (or KeyError) where damaged.
+
+    Args:
+        structure: its first part.
+        array: gives the array of a number; each is asked for once, as it is in the state.
+    """
+    left = count()
+
+    def next_array(number: Any) -> Any:
+        if type(number) is not int or number != next(left):
+            raise ValueError(f"array {number!r} is not the next one")
+        return array(number)
+
+    state = _restore(json.loads(structure), next_array)
+    if not isinstance(state, dict):
+        raise ValueError("a controller's state must be a dict")
+    return state
 
 
 def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
@@ -96,16 +118,16 @@ def _strip_array(array: np.ndarray[Any, Any], datasets: list[Any], where: str) -
     return {_MARK: "array", "number": len(datasets) - 1}
 
 
-def _restore(tree: Any, group: h5py.Group) -> Any:
+def _restore(tree: Any, array: Callable[[int], Any]) -> Any:
     if isinstance(tree, list):
-        return [_restore(item, group) for item in tree]
+        return [_restore(item, array) for item in tree]
     if not isinstance(tree, dict):
         return tree
     if _MARK not in tree:
-        return {key: _restore(item, group) for key, item in tree.items()}
+        return {key: _restore(item, array) for key, item in tree.items()}
     if tree[_MARK] == "float":
         return float(tree["value"])
     if tree[_MARK] == "int":
         return int(tree["value"], 16)
-    content = group[str(tree["number"])][()]
+    content = array(tree["number"])
     return content.tobytes() if tree[_MARK] == "bytes" else content

@@ -100,3 +100,11 @@ class FailsOnce(Changes):
             Path("failed").touch()
             raise ValueError("no idea")
         return super().next_action(observation)
+
+
+class DiesInTheSecondTrial(Changes):
+    """Its process ends where the trial with goal 1 of a test with seed 0 begins."""
+
+    def seed(self, seed: int) -> None:
+        if seed == derived_seed(0, 1):
+            os._exit(7)

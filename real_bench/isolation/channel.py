@@ -1,0 +1,80 @@
+"""Messages over a socket, each with a limit on its size and a moment by which it must be here."""
+
+from __future__ import annotations
+
+import socket
+import time
+from typing import Any
+
+from real_bench.isolation.messages import HEAD, MessageError, Size, decode, encode
+
+_PIECE, _SPARE = 1 << 20, 1 << 12
+
+
+class Closed(Exception):  # noqa: N818  a fact: the other end may close at any time
+    """The other process is gone."""
+
+
+class Late(Exception):  # noqa: N818  a fact, to be told with what it was that took so long
+    """The other process did not answer, or did not listen, in time."""
+
+
+class Channel:
+    """One end of a pair of sockets."""
+
+    def __init__(self, end: socket.socket) -> None:
+        self._socket = end
+        self._received = bytearray()
+
+    def send(self, value: Any, deadline: float | None = None) -> None:
+        """Send a message; raises MessageError, Closed, or Late after ``deadline`` (monotonic)."""
+        message = encode(value)
+        self._wait_until(deadline)
+        try:
+            self._socket.sendall(message)
+        except TimeoutError as error:
+            raise Late from error
+        except OSError as error:
+            raise Closed from error
+
+    def receive(self, largest: Size, deadline: float | None = None) -> Any:
+        """The next message; raises MessageError, Closed or Late."""
+        self._fill(HEAD.size, deadline)
+        n_structure, n_numbers = HEAD.unpack_from(self._received)
+        if n_structure > largest.structure or n_numbers > largest.numbers:
+            raise MessageError(
+                f"it declares {n_structure} + {n_numbers} bytes, more than "
+                f"{largest.structure} + {largest.numbers}"
+            )
+        split = HEAD.size + n_structure
+        end = split + n_numbers
+        self._fill(end, deadline)
+        structure, numbers = bytes(self._received[HEAD.size : split]), self._received[split:end]
+        del self._received[:end]
+        return decode(structure, numbers)
+
+    def close(self) -> None:
+        """Close this end."""
+        self._socket.close()
+
+    def _fill(self, n_bytes: int, deadline: float | None) -> None:
+        """Receive until so many bytes are here; room is taken only as they come."""
+        while len(self._received) < n_bytes:
+            self._wait_until(deadline)
+            try:
+                piece = self._socket.recv(min(n_bytes - len(self._received) + _SPARE, _PIECE))
+            except TimeoutError as error:
+                raise Late from error
+            except OSError as error:
+                raise Closed from error
+            if not piece:
+                raise Closed
+            self._received += piece
+
+    def _wait_until(self, deadline: float | None) -> None:
+        if deadline is None:
+            return
+        left = deadline - time.monotonic()
+        if left <= 0:
+            raise Late
+        self._socket.settimeout(left)

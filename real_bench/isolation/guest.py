@@ -1,0 +1,154 @@
+"""A controller in a process of its own, as the phases see it: a guest like any other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action, Command, Control, check_action, check_command
+from real_bench.errors import ActionError
+from real_bench.explanation import Explanation
+from real_bench.isolation.conversation import EXPLANATION, STATE, Conversation
+from real_bench.isolation.observed import packed
+from real_bench.observation import Observation
+from real_bench.phases.guest import Identity, fault
+from real_bench.recording import Experience, State
+from real_bench.recording.excerpt import write_excerpt
+from real_bench.recording.state import restore_state, strip_state
+
+Arrays = list[NDArray[Any]]
+
+
+class IsolatedGuest:
+    """A controller behind a channel. What comes back is plain data, checked here once more.
+
+    Args:
+        spec: how the user names it, for messages.
+        identity: what it is.
+        control: what its commands must fit.
+        conversation: with the process that it is in.
+        number: which of the copies in that process it is; 0 is the one they were made from.
+    """
+
+    def __init__(
+        self,
+        spec: str,
+        identity: Identity,
+        control: Control,
+        conversation: Conversation,
+        number: int = 0,
+    ) -> None:
+        self.spec, self.identity = spec, identity
+        self.conversation = conversation
+        self._control, self._number = control, number
+
+    def seed(self, seed: int) -> None:
+        """Seed it, and what controllers draw from without being asked to."""
+        self._ask("seed", seed)
+
+    def call(self, hook: str, *arguments: Any) -> None:
+        """Call a hook: with an experience, or an observation, reward and done, or nothing."""
+        self._ask("call", hook, [self._told(argument) for argument in arguments])
+
+    def next_action(self, observation: Observation) -> Action:
+        """The next whole action, one that can be executed; what it looks at is sent as it asks."""
+        answer = self._ask("next_action", list(observation), seen=observation)
+        try:
+            return check_action(_action(answer), self._control)
+        except ActionError as error:
+            raise fault(self, f"next_action() returned a bad action: {error}") from error
+
+    def step(self, observation: Observation) -> tuple[Command, bool]:
+        """The next step's command, and whether images are wanted."""
+        told = packed(observation, self.conversation.world_told)
+        self.conversation.world_told = observation.world
+        match self._ask("step", told):
+            case [np.ndarray() as command, bool(render)]:
+                pass
+            case _:
+                raise fault(self, "step() returned a bad action: it is not a command")
+        try:
+            return check_command(command, self._control), render
+        except ActionError as error:
+            raise fault(self, f"step() returned a bad action: {error}") from error
+
+    def explain(self) -> Explanation | None:
+        """Why it chose its last action, where it says so."""
+        match self._ask("explain", size=EXPLANATION):
+            case None:
+                return None
+            case [str(title), facts, list(actions), positions]:
+                pass
+            case _:
+                raise fault(self, "explain() returned a bad explanation")
+        try:
+            if not (positions is None or isinstance(positions, np.ndarray)):
+                raise ActionError("positions must be an array")
+            made = tuple(map(_action, actions))
+            return Explanation(title[:200], self._restored(facts), made, positions)
+        except ActionError as error:
+            raise fault(self, f"explain() returned a bad explanation: {error}") from error
+
+    def get_state(self) -> State:
+        """What it hands over."""
+        return self._restored(self._ask("get_state", size=STATE))
+
+    def set_state(self, state: State) -> None:
+        """Go on from a state; an empty one is none."""
+        self._ask("set_state", *strip_state(state))
+
+    def use_experience(self, experience: Experience) -> None:
+        """Give it the triplets of the intrinsic phase."""
+        self.call("use_experience", experience)
+
+    def copy(self) -> IsolatedGuest:
+        """An independent copy of the controller as it is now, in the same process."""
+        number = self._ask("copy")
+        if type(number) is not int:
+            raise fault(self, "its process does not say which copy it made")
+        return IsolatedGuest(self.spec, self.identity, self._control, self.conversation, number)
+
+    def close(self) -> None:
+        """A copy is forgotten; with the first one the process ends."""
+        if self._number == 0:
+            self.conversation.close()
+        elif not self.conversation.is_over:
+            self._ask("forget")
+
+    def _ask(self, question: str, *arguments: Any, **options: Any) -> Any:
+        return self.conversation.ask(question, self._number, *arguments, **options)
+
+    def _told(self, argument: Any) -> Any:
+        if isinstance(argument, Experience):
+            path = self.conversation.new_file()
+            write_excerpt(argument, path)
+            return {
+                "path": str(path),
+                "condition": argument.condition.name,
+                "n_steps": argument.n_steps,
+            }
+        return {"observed": dict(argument)} if isinstance(argument, Mapping) else argument
+
+    def _restored(self, answer: Any) -> State:
+        match answer:
+            case [str(structure), list(arrays)]:
+                pass
+            case _:
+                raise fault(self, "its process hands over no state")
+        try:
+            if not all(isinstance(array, np.ndarray) for array in arrays):
+                raise ValueError("an array is none")
+            return restore_state(structure, lambda number: arrays[number])
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            raise fault(self, f"its process hands over a damaged state: {error}") from error
+
+
+def _action(answer: Any) -> Action:
+    match answer:
+        case [np.ndarray() as commands, np.ndarray() as n_steps, np.ndarray() as line]:
+            return Action(commands, n_steps, line)
+        case _:
+            raise ActionError("an action was expected")

@@ -1,0 +1,55 @@
+"""Observations on their way to an isolated controller: only what it cannot know already.
+
+Images that the camera did not take are zeros, and what is said of the goal stays the same within
+one world: neither is sent. ``None`` stands for both.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from real_bench.observation import CAMERA_KEYS, GOAL_KEYS, Observation
+
+
+def packed(observation: Observation, world_told: int) -> dict[str, Any]:
+    """An observation without what the child has; ``world_told`` is the last it was told of."""
+    known = GOAL_KEYS if observation.world == world_told else frozenset()
+    left_out = observation.dark | known
+    return {key: None if key in left_out else observation[key] for key in observation}
+
+
+class Unpacker:
+    """Puts observations together again; no two share any memory."""
+
+    def __init__(self, observation_space: spaces.Dict) -> None:
+        # how to make what is not told: darkness always the same way, a goal's as it was last told
+        self._untold: dict[str, Callable[[], Any]] = {
+            key: partial(np.zeros, space.shape, space.dtype)
+            for key, space in observation_space.items()
+            if key in CAMERA_KEYS
+        }
+
+    def unpacked(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """The whole observation."""
+        whole = {}
+        for key, value in told.items():
+            if value is None:
+                value = self._untold[key]()
+            elif key in GOAL_KEYS:
+                self._untold[key] = _copies(value)
+            whole[key] = value
+        return whole
+
+
+def _copies(value: Any) -> Callable[[], Any]:
+    """What makes copies of a value; zeros that nobody reads cost nothing."""
+    if isinstance(value, np.ndarray) and not value.any():
+        return partial(np.zeros, value.shape, value.dtype)
+    kept = copy.deepcopy(value)
+    return partial(copy.deepcopy, kept)

@@ -1,0 +1,116 @@
+"""What the phases need of a controller, wherever it runs: a guest, and the host that has it in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from gymnasium import spaces
+
+from real_bench.actions import Action, Command, Control
+from real_bench.errors import ControllerError
+from real_bench.explanation import Explanation
+from real_bench.observation import Observation
+from real_bench.recording import Experience, State
+from real_bench.task import Task
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What a controller is, told without any world.
+
+    Attributes:
+        class_name: of its class.
+        source_sha256: of the file that defines it; empty where there is none.
+        action_level: whether it decides on whole actions (else: one call a step).
+        uses_images: whether it learns from recorded images in every condition.
+        learns_across_trials: whether it goes on learning from trial to trial.
+        settings: in full, as plain values.
+    """
+
+    class_name: str
+    source_sha256: str
+    action_level: bool
+    uses_images: bool
+    learns_across_trials: bool
+    settings: Mapping[str, Any]
+
+
+class Terms(Protocol):
+    """What a controller is made with; a task has them."""
+
+    @property
+    def action_space(self) -> spaces.Dict:
+        """What may be commanded."""
+
+    @property
+    def observation_space(self) -> spaces.Dict:
+        """What may be observed."""
+
+    @property
+    def control(self) -> Control:
+        """What reads its commands."""
+
+
+class Guest(Protocol):
+    """A controller that was made. Every call raises ControllerError where it fails."""
+
+    spec: str
+    identity: Identity
+
+    def seed(self, seed: int) -> None:
+        """Seed it, and what controllers draw from without being asked to."""
+
+    def call(self, hook: str, *arguments: Any) -> None:
+        """Call a hook: with an experience, or an observation, reward and done, or nothing."""
+
+    def next_action(self, observation: Observation) -> Action:
+        """The next whole action, one that can be executed."""
+
+    def step(self, observation: Observation) -> tuple[Command, bool]:
+        """The next step's command, and whether images are wanted with the next observation."""
+
+    def explain(self) -> Explanation | None:
+        """Why it chose its last action, where it says so."""
+
+    def get_state(self) -> State:
+        """What it hands over, a copy of its own."""
+
+    def set_state(self, state: State) -> None:
+        """Go on from a state; an empty one is none."""
+
+    def use_experience(self, experience: Experience) -> None:
+        """Give it the triplets of the intrinsic phase."""
+
+    def copy(self) -> Guest:
+        """An independent copy of the controller as it is now."""
+
+    def close(self) -> None:
+        """It is not needed any more."""
+
+
+class Host(Protocol):
+    """Where controllers run."""
+
+    def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
+        """What the controller is; raises ControllerError. None: do not ask for its settings."""
+
+    def guest(self, spec: str, settings: Mapping[str, Any], task: Task) -> Guest:
+        """The controller, made for a task; raises ControllerError."""
+
+
+@contextmanager
+def closed_on_error(guest: Guest) -> Iterator[Guest]:
+    """Close a guest where something fails; else it is still needed afterwards."""
+    try:
+        yield guest
+    except BaseException:
+        guest.close()
+        raise
+
+
+def fault(guest: Guest, what: str) -> ControllerError:
+    """An error that names the controller."""
+    return ControllerError(f"controller {guest.spec}: {what}")

@@ -1,0 +1,118 @@
+"""The options of isolation, and what an isolated controller sees of the file system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from real_bench.errors import ControllerError, RealBenchError
+from real_bench.finding import find_controller, source_sha256
+from real_bench.goal_sets import GoalSet, save_goal_set
+from real_bench.isolation import IsolatedHost, Limits, Walls
+from real_bench.isolation.view import view_of
+from tests.cli.shell import realbench
+from tests.isolation.conftest import LIMITS, Play
+from tests.recording.bench import recorded_steps
+
+
+def test_a_run_says_what_isolates_it(tmp_path: Path, goals: GoalSet) -> None:
+    """Both phases in isolation, from the command line, with the goals beside the controller."""
+    save_goal_set(goals, tmp_path / "goals.npy")
+    (tmp_path / "mine.py").write_text(
+        "import tempfile\n"
+        "from real_bench.actions import Action\n"
+        "from real_bench.controller import Controller\n"
+        "class Mine(Controller):\n"
+        "    def next_action(self, observation):\n"
+        "        tempfile.NamedTemporaryFile('w').write('x')\n"
+        "        return Action.rest(4)\n"
+    )
+    options = ["--controller", "mine.py", "--scene", "builtin", "--isolate"]
+    limits = ["--memory-limit", "4", "--call-limit", "60", "--total-limit", "100"]
+    play = ["--condition", "OM", "--steps", "1000", "--out", "run.h5"]
+    done = realbench(tmp_path, "intrinsic", *options, *limits, *play)
+    assert done.stderr.startswith("the controller is isolated by ")
+    test = ["--run", "run.h5", "--goals", "goals.npy", "--trials", "1", "--overwrite"]
+    done = realbench(tmp_path, "extrinsic", *options, *test)
+    assert "isolated" in done.stderr
+    evaluate = ["--goals", "goals.npy", "--steps", "1000", "--trials", "1", "--overwrite"]
+    realbench(tmp_path, "evaluate", *options, "--condition", "OM", *evaluate)
+
+
+@pytest.mark.parametrize("option", ["--memory-limit", "--call-limit", "--total-limit"])
+def test_limits_are_for_the_isolated(tmp_path: Path, option: str) -> None:
+    done = realbench(tmp_path, "intrinsic", "--controller", "real_r", option, "1", code=2)
+    assert "--isolate" in done.stderr
+
+
+@pytest.mark.parametrize("field", ["memory_gib", "call_s", "total_s"])
+@pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
+def test_limits_are_positive(field: str, value: float) -> None:
+    with pytest.raises(RealBenchError, match="-limit must be above 0"):
+        Limits(**{field: value})
+
+
+def test_what_is_not_enforced_is_said() -> None:
+    assert Walls("/usr/bin/bwrap", True, True).missing() == []
+    nothing = Walls(None, False, False)
+    assert len(nothing.missing()) >= 4
+    assert "NOT enforced: files" in nothing.describe()
+
+
+def test_without_any_walls_it_is_a_process_of_its_own(play: Play) -> None:
+    host = IsolatedHost((), LIMITS, Walls(None, False, False))
+    assert recorded_steps(play("real_r", 1000, host=host)) == 1000
+
+
+def test_a_controller_sees_code_beside_it_but_no_goals_and_no_links(tmp_path: Path) -> None:
+    for name in ("mine.py", "helper.py", "goals.npy", "run.h5", "score.json"):
+        (tmp_path / name).touch()
+    for folder in ("package", "data"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "package" / "__init__.py").touch()
+    (tmp_path / "link.py").symlink_to(tmp_path / "goals.npy")
+    view = view_of(str(tmp_path / "mine.py"))
+    assert [path.name for path in view.own] == ["mine.py", "helper.py", "package"]
+    view.check_hides([tmp_path / "goals.npy", tmp_path / "score.json"])
+    with pytest.raises(ControllerError, match=r"goals.npy lies where an isolated controller may"):
+        view.check_hides([tmp_path / "package" / "goals.npy"])
+
+
+def test_goals_that_ship_are_hidden() -> None:
+    view = view_of("real_r")
+    assert [path.name for path in view.hidden] == ["goals"]
+    view.check_hides([view.hidden[0] / "goals-1-object.npy"])
+
+
+@pytest.mark.parametrize("spec", ["missing.py", "no_such_module:Class", "no_such_name"])
+def test_a_controller_that_is_not_there(spec: str) -> None:
+    with pytest.raises(ControllerError, match=r"does not exist|no module|unknown controller"):
+        view_of(spec)
+
+
+@pytest.mark.parametrize("spec", ["real_d", "tests.isolation.guests:Looks"])
+def test_its_identity_is_the_same(isolated: IsolatedHost, spec: str) -> None:
+    one = isolated.identity(spec, {})
+    kind = find_controller(spec)
+    assert one.class_name == kind.__qualname__
+    assert one.source_sha256 == source_sha256(kind) != ""
+    assert one.settings.keys() == ({"abstraction", "planner", "images"} if "_d" in spec else set())
+
+
+def test_it_cannot_claim_the_code_of_another(tmp_path: Path, isolated: IsolatedHost) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Mine(RealR):\n"
+        "    pass\n"
+        "import inspect\n"
+        "from real_bench.controllers import real_r\n"
+        "inspect.getfile = lambda kind: real_r.__file__\n"
+    )
+    assert isolated.identity(str(tmp_path / "mine.py"), {}).source_sha256 == ""
+
+
+def test_the_total_limit_counts_all_calls(isolated: IsolatedHost) -> None:
+    host = IsolatedHost((), Limits(LIMITS.memory_gib, LIMITS.call_s, 0.01), isolated.walls)
+    with pytest.raises(ControllerError, match=r"did not end within the 0.01 s of --total-limit"):
+        host.identity("real_r", {})
