@@ -132,6 +132,7 @@ def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[C
         Chart(
             name=kind.name,
             shows=kind.shows,
+            width_cm=drawing.width_cm,
             svg=data_uri(drawing.svg(), "image/svg+xml"),
             csv=data_uri(drawing.numbers.csv(), "text/csv"),
         )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
-from real_bench.figures.style import in_style
+from real_bench.figures.style import CM, in_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,6 +76,11 @@ class Drawing:
         with in_style():  # laid out once: matplotlib would move things a little each time
             self.figure.draw_without_rendering()
             self.figure.set_layout_engine("none")
+
+    @property
+    def width_cm(self) -> float:
+        """How wide it is in print."""
+        return float(self.figure.get_figwidth()) / CM
 
     def png(self) -> bytes:
         """As a PNG file; the same drawing always gives the same bytes."""

@@ -14,10 +14,17 @@ from real_bench.version import __version__
 
 @dataclass(frozen=True)
 class Chart:
-    """A figure: its name, what it shows, and its SVG and CSV files as addresses that hold them."""
+    """A figure.
+
+    Attributes:
+        name, shows: what it is called, and shows.
+        width_cm: in print.
+        svg, csv: its files, as addresses that hold them.
+    """
 
     name: str
     shows: str
+    width_cm: float
     svg: str
     csv: str
 
