@@ -11,6 +11,7 @@ from PIL import Image
 
 from real_bench.figures import FIGURES
 from real_bench.goal_sets import save_goal_set
+from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
 from tests.figures.pusher import __file__ as PUSHER  # noqa: N812
@@ -38,12 +39,11 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
     return folder
 
 
-def change(result: Path, out: Path, **setting: object) -> None:
+def change(path: Path, out: Path, **setting: object) -> None:
     """The same result with another setting."""
-    fields = json.loads(result.read_text())
-    fields["setting"] |= setting
-    fields["complete"] = fields["setting"]["n_goals"] == 1
-    out.write_text(json.dumps(fields))
+    result = load_result(path)
+    changed = result.setting.model_copy(update=setting)
+    result.model_copy(update={"setting": changed}).save(out)
 
 
 def names(folder: Path) -> set[str]:

@@ -1,11 +1,11 @@
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from real_bench.experiments import Spec, read_spec
 
@@ -40,7 +40,7 @@ def write_spec(tmp_path: Path) -> WriteSpec:
 
     def write_spec(**changes: Any) -> Path:
         path = tmp_path / "tiny.yaml"
-        path.write_text(yaml.safe_dump({**TINY, **changes}))
+        path.write_text(json.dumps({**TINY, **changes}))  # JSON is YAML
         return path
 
     return write_spec
