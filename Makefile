@@ -3,7 +3,7 @@ PYTHON ?= python3
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
 
-.PHONY: demo test check lint types bench clean
+.PHONY: demo test check lint types bench faults clean
 
 # The whole chain in about two minutes: play a little, test on five goals, print the score table.
 demo: .venv/ready
@@ -33,6 +33,10 @@ bench: .venv/ready
 	$(BIN)/python evaluation/bench.py $(if $(OFFICIAL),--official $(OFFICIAL))
 	$(BIN)/python evaluation/bench_isolation.py
 	$(BIN)/python evaluation/bench_planner.py $(if $(RUN),--run $(RUN))
+
+# Kill plays, tests and tables a hundred times and count what is lost: some fifteen minutes.
+faults: .venv/ready
+	$(BIN)/python evaluation/faults.py
 
 clean:
 	rm -rf .venv demo build *.egg-info
