@@ -3,7 +3,7 @@ PYTHON ?= python3
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
 
-.PHONY: demo test check lint types bench faults clean
+.PHONY: demo test check lint types bench faults fuzz clean
 
 # The whole chain in about two minutes: play a little, test on five goals, print the score table.
 demo: .venv/ready
@@ -37,6 +37,10 @@ bench: .venv/ready
 # Kill plays, tests and tables a hundred times and count what is lost: some fifteen minutes.
 faults: .venv/ready
 	$(BIN)/python evaluation/faults.py
+
+# Feed the readers broken files for ten minutes.
+fuzz: .venv/ready
+	$(BIN)/python evaluation/fuzz.py
 
 clean:
 	rm -rf .venv demo build *.egg-info
