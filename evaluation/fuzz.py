@@ -2,8 +2,8 @@
 
 python evaluation/fuzz.py --minutes 10
 
-Files of every kind are made, and bytes and words of them changed, cut, repeated and swapped. Each is
-read in a process with a limit on memory; one that dies, hangs, or raises something else is kept.
+Files of every kind are made, and bytes and words of them changed, cut, repeated and swapped. Each
+is read in a process with a limit on memory; one that dies, hangs, or raises something else is kept.
 """
 
 from __future__ import annotations
