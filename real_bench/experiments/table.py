@@ -55,7 +55,8 @@ def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
     from tabulate import tabulate
 
     table = tabulate([cells(row) for row in rows], HEADINGS, "github", disable_numparse=True)
-    below = "".join(f"\n{note}  " for note in notes(rows))
+    # a star that begins a line would make it an item of a list
+    below = "".join("\n" + note.replace(FEW, rf"\{FEW}") + "  " for note in notes(rows))
     return f"### {spec.title}\n\n{table}\n{below}"
 
 
