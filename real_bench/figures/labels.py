@@ -4,17 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
-
-
-def shown(controller: str) -> str:
-    """A controller's name as the paper writes it; of one in a file its class, or the file."""
-    target, _, class_name = controller.partition(":")
-    if class_name:
-        return class_name
-    if target.endswith(".py"):
-        return Path(target).stem
-    return target.upper().replace("_", "-") if target.startswith("real_") else target
 
 
 def distinct(labels: Sequence[str], *details: Sequence[str]) -> list[str]:

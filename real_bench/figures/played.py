@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from real_bench.analysis import planar
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError, SceneError
-from real_bench.figures.labels import distinct, shown
+from real_bench.figures.labels import distinct
 from real_bench.figures.seen import Sight, see, sight_settings
 from real_bench.files import file_sha256
+from real_bench.finding import shown_name
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
@@ -131,7 +132,7 @@ def read_play(path: Path, label: str, asked: Asked) -> Play:
 
 def _name(header: Header) -> str:
     objects = "" if header.objects == 1 else f", {header.objects} objects"
-    return f"{shown(header.controller)} {header.condition}{objects}"
+    return f"{shown_name(header.controller)} {header.condition}{objects}"
 
 
 def _region(header: Header) -> GoalRegion | None:

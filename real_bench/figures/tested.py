@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from real_bench.analysis import scores_by_goal
 from real_bench.errors import ResultError
-from real_bench.figures.labels import shown
 from real_bench.files import file_sha256
+from real_bench.finding import shown_name
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
 
@@ -107,7 +107,7 @@ class _Test:
         player = explorers.get(setting.run_sha256, "")
         curious = player not in ("", setting.controller, *RANDOM_EXPLORERS)
         return cls(
-            shown(setting.controller) + (f", play of {shown(player)}" if curious else ""),
+            shown_name(setting.controller) + (f", play of {shown_name(player)}" if curious else ""),
             json.dumps(setting.settings, sort_keys=True),
             setting.controller_sha256,
             setting.condition,

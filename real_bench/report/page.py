@@ -8,6 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from real_bench.files import write_whole
+from real_bench.finding import shown_name
 from real_bench.report.parts import Played, Tested
 from real_bench.version import __version__
 
@@ -74,6 +75,7 @@ def render(report: Report) -> str:
     )
     return page.render(
         report=report,
+        shown_name=shown_name,
         style=(here / "page.css").read_text(encoding="utf-8"),
         script=(here / "page.js").read_text(encoding="utf-8"),
         version=__version__,

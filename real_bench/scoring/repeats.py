@@ -28,7 +28,8 @@ class RepeatsSummary:
         n_repeats, n_goals: how many.
         mean: of all scores.
         standard_error: of the mean over the repeats; None for one.
-        interval: 95%, see :func:`real_bench.scoring.statistics.stratified_interval`.
+        interval: 95%, see :func:`real_bench.scoring.statistics.stratified_interval`; no score is
+            below 0, so it is not either.
         interquartile_mean: of all scores.
         by_class: mean of each class that has goals, in the paper's order.
         by_repeat: mean of each repeat.
@@ -58,12 +59,13 @@ def summarise_repeats(scores: ArrayLike, classes: Sequence[str]) -> RepeatsSumma
     """
     numbers, names = np.asarray(scores, np.float64), np.asarray(classes)
     n_repeats, n_goals = numbers.shape
+    interval = stratified_interval(numbers)
     return RepeatsSummary(
         n_repeats=n_repeats,
         n_goals=n_goals,
         mean=float(numbers.mean()),
         standard_error=standard_error(numbers),
-        interval=stratified_interval(numbers),
+        interval=None if interval is None else Interval(max(interval.low, 0.0), interval.high),
         interquartile_mean=interquartile_mean(numbers),
         by_class={
             name: float(numbers[:, names == name].mean()) for name in CHALLENGES if name in classes

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ResultError
+from real_bench.finding import shown_name
 from real_bench.scoring.comparison import Comparison, by_goal, compare
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
 from real_bench.scoring.result import Result, Setting
@@ -124,7 +125,7 @@ def markdown(verdict: Verdict) -> str:
         *((name, f"{mean:.3f}") for name, mean in summary.by_class.items()),
     ]
     parts = [
-        f"## realbench: {setting.controller} {'passed' if verdict.passed else 'failed'}",
+        f"## {shown_name(setting.controller)} {'passed' if verdict.passed else 'failed'}",
         f"REAL_{setting.condition}, {objects}, scene {setting.scene}, after "
         f"{setting.run_steps:,} steps of play; {summary.n_goals} goals, each tested "
         f"{'once' if summary.n_repeats == 1 else f'{summary.n_repeats} times'}.",

@@ -43,7 +43,7 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
     told = json.loads(realbench(folder, "score", "near", *files, "--json").stdout)
     assert told["passed"] is True
     page = (folder / "summary.md").read_text()
-    assert page.startswith("# Before\n## realbench: real_r passed")
+    assert page.startswith("# Before\n## REAL-R passed")
     root = ElementTree.parse(folder / "junit.xml").getroot()
     assert [case.get("name") for case in root.iter("testcase")] == ["complete"]
     again = realbench(folder, "score", "near", *files, code=1)

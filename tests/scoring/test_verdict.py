@@ -43,7 +43,7 @@ def test_results_of_different_tests_are_refused() -> None:
 def test_both_reports_say_what_failed() -> None:
     verdict = judge([FAR], 0.2, [NEAR])
     page = markdown(verdict)
-    assert "real_r failed" in page
+    assert "REAL-R failed" in page
     assert page.count("**failed**") == 2
     root = ElementTree.fromstring(junit(verdict).tostring())
     cases = {case.get("name"): case.find("failure") for case in root.iter("testcase")}
