@@ -76,7 +76,7 @@ class Count:
                 process.kill()
                 process.wait()
                 self.kills += 1
-        subprocess.run(command, check=True, capture_output=True)
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 
 def play(folder: Path, kills: int, moments: random.Random) -> Count:
