@@ -72,11 +72,11 @@ class AppendOnlyFile:
             if self._in_doubt and self._has_steps_of(batch):
                 return
             self._in_doubt = True
-            if self._behind is None or not self._is_only_ours():
-                self._hidden.unlink(missing_ok=True)
-                shutil.copyfile(self._visible, self._hidden)
-            else:
+            if self._behind is not None and self._may_write_hidden():
                 self._write(self._behind)
+            else:
+                self._hidden.unlink(missing_ok=True)
+                self._copy_visible()
             self._write(batch)
             with self._hidden.open("rb") as written:
                 os.fsync(written.fileno())
@@ -103,6 +103,16 @@ class AppendOnlyFile:
             size = self._hidden.stat().st_size
             with self._hidden.open("r+b") as file:
                 os.posix_fallocate(file.fileno(), 0, size + n_bytes + SPARE_BYTES)
+
+    def _copy_visible(self) -> None:
+        try:
+            shutil.copyfile(self._visible, self._hidden)
+        except FileNotFoundError as error:
+            raise RecordingError(f"{self.path} was removed while it was being recorded") from error
+
+    def _may_write_hidden(self) -> bool:
+        """Whether nobody else has it open, or somebody removed the other copy."""
+        return self._is_only_ours() or not self._visible.exists()
 
     def _is_only_ours(self) -> bool:
         """Whether nobody still reads the hidden copy, from when it was the visible file.

@@ -216,6 +216,29 @@ def test_a_reader_in_the_same_process_does_not_disturb(
     assert same_rows(file.path, cut_path)
 
 
+def test_a_file_that_is_removed_before_there_is_a_copy_is_told(
+    cut_path: Path, scene: Scene, header: Header, tmp_path: Path
+) -> None:
+    file = AppendOnlyFile(tmp_path / "run.h5")
+    file.create(header, 4, scene.manifest.camera)
+    file.path.unlink()
+    with pytest.raises(RecordingError, match="was removed while it was being recorded"):
+        file.append(batch_of(cut_path, 0, 1))
+
+
+def test_a_file_that_is_removed_later_is_whole_again(
+    cut_path: Path, scene: Scene, header: Header, tmp_path: Path
+) -> None:
+    file = AppendOnlyFile(tmp_path / "run.h5")
+    file.create(header, 4, scene.manifest.camera)
+    file.append(batch_of(cut_path, 0, 1))
+    for k in range(1, N_ACTIONS):
+        if k == N_ACTIONS // 2:
+            file.path.unlink()
+        file.append(batch_of(cut_path, k, k + 1))
+    assert same_rows(file.path, cut_path)
+
+
 @pytest.mark.parametrize(
     ("controller", "most_bytes"),
     [("real_r", 30_000), (HEAVY, 200_000)],
