@@ -47,7 +47,9 @@ def _state_of_play(task: PlayTask) -> tuple[State, list[str]]:
     from real_bench.recording import Recording
 
     with Recording(task.out) as recording:
-        header, ended, steps = recording.header, recording.ended, recording.total_steps
+        header, ended = recording.header, recording.ended
+        # one that was killed before its first action does not know yet how long it is to be
+        steps = recording.total_steps if recording.n_steps else task.steps
     names = ("condition", "objects", "seed")
     reasons = _differences(
         {"scene": header.scene, "steps": steps, **{name: getattr(header, name) for name in names}},

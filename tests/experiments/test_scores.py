@@ -7,15 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
 from real_bench.experiments import Spec, read_spec
 from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.scores import rows_of
+from real_bench.experiments.state import state_of
 from real_bench.experiments.table import json_table, latex_table, markdown_table, notes
+from real_bench.finding import find_controller, source_sha256
 from real_bench.goal_sets import generate_goal_set, save_goal_set
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.local import LocalHost
+from real_bench.recording import Recorder
 from real_bench.scoring.metric import object_scores
 from real_bench.scoring.result import Result, Setting, TrialResult
-from real_bench.simulation import Scene
+from real_bench.simulation import Scene, load_scene
+from tests.cli.shell import realbench
 from tests.experiments.conftest import WriteSpec
 
 DISTANCES = {0: (0.05, 0.10), 1: (0.15, 0.30)}
@@ -158,8 +165,6 @@ def test_what_differs_is_never_averaged(drawn: Spec, changes: dict[str, Any], wh
 def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
     write_spec: WriteSpec, tmp_path: Path, builtin_scene: Scene
 ) -> None:
-    from real_bench.finding import find_controller, source_sha256
-
     code = "from real_bench.controllers.real_r import RealR\nclass Mine(RealR):\n    pass\n"
     (tmp_path / "mine.py").write_text(code)
     spec = read_spec(write_spec(cells=[{"controller": "mine.py", "condition": "OM"}]))
@@ -198,3 +203,32 @@ def test_every_form_holds_every_row(drawn: Spec) -> None:
     assert told["rows"][0]["summary"]["mean"] == mean
     assert told["rows"][0]["published"]["standard_error"] == 0.002
     assert told["rows"][1]["summary"] is None
+
+
+def test_a_play_that_was_killed_at_once_is_unfinished_and_nothing_else(drawn: Spec) -> None:
+    task = Agenda(drawn).left().plays[0]
+    phase = IntrinsicPhase(
+        "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 3000, 0, task.out
+    )
+    header = phase._header(LocalHost().identity("real_r", {}))
+    camera = phase.scene.manifest.camera
+    with Recorder.begin(task.out, header, 4, 3000, camera, overwrite=False):
+        assert state_of(task) == ("unfinished", [])
+    assert task.name in [play.name for play in Agenda(drawn).left().plays]
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [({"steps": 2000}, "steps 3000, not 2000"), ({"seed": 1}, "is not of this experiment: seed")],
+)
+def test_a_play_of_another_experiment_is_refused(
+    drawn: Spec, write_spec: WriteSpec, changes: dict[str, Any], told: str
+) -> None:
+    plan = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
+    out = Agenda(drawn).left().plays[0].out
+    realbench(drawn.folder, "intrinsic", *plan, "--steps", "3000", "--out", out)
+    other = read_spec(write_spec(**changes))
+    if "seed" in changes:
+        out.rename(out.with_name("random-1-seed1.h5"))
+    with pytest.raises(ExperimentError, match=told):
+        Agenda(other).left()
