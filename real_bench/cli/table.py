@@ -65,6 +65,7 @@ def table(
     from real_bench.experiments import read_spec
     from real_bench.experiments.agenda import Agenda
     from real_bench.experiments.scores import rows_of
+    from real_bench.experiments.state import in_short
 
     experiment = read_spec(spec)
     wanted = experiment.run if run is None else run
@@ -77,7 +78,7 @@ def table(
     agenda = Agenda(experiment)
     _show(experiment, rows_of(experiment, agenda), "json" if as_json else form)
     if failures:
-        raise ExperimentError(_in_short(list(failures.values())))
+        raise ExperimentError(in_short(list(failures.values())))
     if not wanted:
         _tell_missing(agenda.left(), spec)
 
@@ -170,8 +171,3 @@ def _tell_missing(work: Work, spec: Path) -> None:
             f"steps in all; `realbench table {spec} --run` makes them",
             err=True,
         )
-
-
-def _in_short(reasons: list[str], most: int = 3) -> str:
-    more = f" (and {len(reasons) - most} more)" if len(reasons) > most else ""
-    return f"{'. '.join(reasons[:most])}{more}"

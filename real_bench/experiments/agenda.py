@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
-from real_bench.errors import ExperimentError
 from real_bench.experiments.spec import Cell, DrawnGoals, Spec
-from real_bench.experiments.state import state_of
+from real_bench.experiments.state import not_of_this, refusal, state_of
 from real_bench.experiments.tasks import PlayTask, ScoringTask
 
 _T = TypeVar("_T", PlayTask, ScoringTask)
@@ -162,12 +161,9 @@ def _left(tasks: Sequence[_T], overwrite: bool) -> list[_T]:
     for task in tasks:
         state, reasons = state_of(task)
         if reasons and not overwrite:
-            wrong.append(f"{task.out.name} is not of this experiment: {'; '.join(reasons)}")
+            wrong.append(not_of_this(task, reasons))
         if reasons or state != "done":
             left.append(task)
     if wrong:
-        more = f" (and {len(wrong) - 3} more)" if len(wrong) > 3 else ""
-        raise ExperimentError(
-            f"{'. '.join(wrong[:3])}{more}. Move them away, or let --overwrite replace them"
-        )
+        raise refusal(wrong)
     return left

@@ -10,7 +10,7 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.spec import Cell, Spec
-from real_bench.experiments.state import misfits
+from real_bench.experiments.state import misfits, not_of_this, refusal
 from real_bench.experiments.tasks import ScoringTask
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
 from real_bench.scoring.result import Result, load_result
@@ -97,10 +97,7 @@ def _finished(tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Resul
         if task.out.exists():
             result = load_result(task.out)
             if reasons := misfits(task, result):
-                raise ExperimentError(
-                    f"{task.out.name} is not of this experiment: {'; '.join(reasons)}. "
-                    "Move it away, or let --overwrite replace it"
-                )
+                raise refusal([not_of_this(task, reasons)])
             if result.is_complete:
                 yield task, result
 

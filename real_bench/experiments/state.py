@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from real_bench.errors import ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import merged
@@ -22,6 +23,22 @@ def state_of(task: Task) -> tuple[State, list[str]]:
         return _state_of_play(task)
     result = load_result(task.out)
     return ("done" if result.is_complete else "unfinished"), misfits(task, result)
+
+
+def not_of_this(task: Task, reasons: Sequence[str]) -> str:
+    """What is told of a file that is not as its task says."""
+    return f"{task.out.name} is not of this experiment: {'; '.join(reasons)}"
+
+
+def refusal(wrong: Sequence[str]) -> ExperimentError:
+    """The error for files that are not of the experiment, and what to do about them."""
+    return ExperimentError(f"{in_short(wrong)}. Move them away, or let --overwrite replace them")
+
+
+def in_short(reasons: Sequence[str], most: int = 3) -> str:
+    """The first few reasons, and how many more there are."""
+    more = f" (and {len(reasons) - most} more)" if len(reasons) > most else ""
+    return f"{'. '.join(reasons[:most])}{more}"
 
 
 def misfits(task: ScoringTask, result: Result) -> list[str]:
