@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import time
+from contextlib import suppress
 from typing import Any
 
 from real_bench.isolation.messages import HEAD, MessageError, Size, decode, encode
@@ -19,11 +20,43 @@ class Late(Exception):  # noqa: N818  a fact, to be told with what it was that t
     """The other process did not answer, or did not listen, in time."""
 
 
-class Channel:
-    """One end of a pair of sockets."""
+class Vigil:
+    """Stays awake until a message comes, for a moment: to be woken takes longer than that.
 
-    def __init__(self, end: socket.socket) -> None:
+    It is in vain where the other end has more to do, or needs the processor that is awake for
+    nothing: then the next messages are slept for.
+    """
+
+    SECONDS = 500e-6  # a step of the simulation and its observation, with some to spare
+    REST = 100
+
+    def __init__(self) -> None:
+        self._left_to_sleep = 0
+
+    def take(self, end: socket.socket, n_bytes: int) -> bytes | None:
+        """What comes in the meantime, at most so much; None: nothing did."""
+        if self._left_to_sleep:
+            self._left_to_sleep -= 1
+            return None
+        until = time.perf_counter() + self.SECONDS
+        while time.perf_counter() < until:
+            with suppress(BlockingIOError):
+                return end.recv(n_bytes, socket.MSG_DONTWAIT)
+        self._left_to_sleep = self.REST
+        return None
+
+
+class Channel:
+    """One end of a pair of sockets.
+
+    Args:
+        end: of the pair.
+        vigil: to receive with less delay, for who has nothing else to do.
+    """
+
+    def __init__(self, end: socket.socket, vigil: Vigil | None = None) -> None:
         self._socket = end
+        self._vigil = vigil
         self._received = bytearray()
 
     def send(self, value: Any, deadline: float | None = None) -> None:
@@ -60,9 +93,8 @@ class Channel:
     def _fill(self, n_bytes: int, deadline: float | None) -> None:
         """Receive until so many bytes are here; room is taken only as they come."""
         while len(self._received) < n_bytes:
-            self._wait_until(deadline)
             try:
-                piece = self._socket.recv(min(n_bytes - len(self._received) + _SPARE, _PIECE))
+                piece = self._piece(min(n_bytes - len(self._received) + _SPARE, _PIECE), deadline)
             except TimeoutError as error:
                 raise Late from error
             except OSError as error:
@@ -71,8 +103,16 @@ class Channel:
                 raise Closed
             self._received += piece
 
+    def _piece(self, n_bytes: int, deadline: float | None) -> bytes:
+        if self._vigil and (piece := self._vigil.take(self._socket, n_bytes)) is not None:
+            return piece
+        self._wait_until(deadline)
+        return self._socket.recv(n_bytes)
+
     def _wait_until(self, deadline: float | None) -> None:
         if deadline is None:
+            if self._socket.gettimeout() is not None:  # of an earlier message
+                self._socket.settimeout(None)
             return
         left = deadline - time.monotonic()
         if left <= 0:

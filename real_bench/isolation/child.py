@@ -17,7 +17,7 @@ from real_bench.actions import Action, Control, make_control
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
 from real_bench.finding import blame, find_controller, source_file
-from real_bench.isolation.channel import Channel, Closed
+from real_bench.isolation.channel import Channel, Closed, Vigil
 from real_bench.isolation.messages import Size
 from real_bench.isolation.observed import Unpacker
 from real_bench.observation import Observation
@@ -160,6 +160,7 @@ def _parts(action: Action) -> list[Any]:
 def serve(descriptor: int) -> None:
     """Serve on an inherited socket until the parent is done."""
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
-    servant: Callable[[], None] = Servant(Channel(socket.socket(fileno=descriptor))).serve
+    channel = Channel(socket.socket(fileno=descriptor), Vigil())
+    servant: Callable[[], None] = Servant(channel).serve
     with suppress(Closed):
         servant()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import struct
+import threading
 import time
 from contextlib import suppress
 from typing import Any
@@ -15,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from real_bench.isolation.channel import Channel, Closed, Late
+from real_bench.isolation.channel import Channel, Closed, Late, Vigil
 from real_bench.isolation.messages import (
     ARRAY_KINDS,
     HEAD,
@@ -27,6 +28,7 @@ from real_bench.isolation.messages import (
 )
 
 SMALL = Size(structure=1000, numbers=1000)
+ANY = Size(structure=1 << 28, numbers=1 << 36)
 ANY_ARRAY = arrays.arrays(
     st.sampled_from(ARRAY_KINDS), arrays.array_shapes(min_dims=0, max_dims=4, min_side=0)
 )
@@ -197,3 +199,37 @@ def test_half_a_message_is_late_or_the_end(ends: Any) -> None:
 def test_who_does_not_listen_is_late(ends: Any) -> None:
     with pytest.raises(Late):
         Channel(ends[0]).send(np.zeros(10**6), time.monotonic() + 0.05)
+
+
+@given(values=st.lists(VALUES, min_size=1, max_size=3), vain=st.integers(0, 2))
+def test_who_stays_awake_receives_the_same(values: list[Any], vain: int) -> None:
+    """Whether the messages were there, come while it is awake, or once it has gone to sleep."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        sender, receiver = Channel(ours), Channel(theirs, Vigil())
+        for _ in range(vain):
+            with pytest.raises(Late):
+                receiver.receive(ANY, time.monotonic() + 0.002)
+        thread = threading.Thread(target=lambda: [sender.send(value) for value in values])
+        thread.start()
+        assert all(same(receiver.receive(ANY), value) for value in values)
+        thread.join()
+
+
+def test_who_was_awake_in_vain_sleeps() -> None:
+    """The processor is needed elsewhere: a hundred waits cost hardly any of its time."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        receiver = Channel(theirs, Vigil())
+        began = time.thread_time()
+        for _ in range(Vigil.REST):
+            with pytest.raises(Late):
+                receiver.receive(ANY, time.monotonic() + 0.001)
+        assert time.thread_time() - began < Vigil.REST * Vigil.SECONDS / 2
+
+
+def test_the_end_is_seen_by_who_is_awake() -> None:
+    ours, theirs = socket.socketpair()
+    ours.close()
+    with theirs, pytest.raises(Closed):
+        Channel(theirs, Vigil()).receive(ANY)
