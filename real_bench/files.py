@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from uuid import uuid4
 
 from filelock import FileLock, Timeout
 
@@ -65,6 +67,30 @@ def write_lock(path: Path) -> Iterator[None]:
     finally:
         Path(lock.lock_file).unlink(missing_ok=True)
         lock.release()
+
+
+@contextmanager
+def own_folder(prefix: str) -> Iterator[Path]:
+    """A new temporary folder that does not outlive its use.
+
+    Where a process is killed that had one, the next call with the same prefix removes it. Raises
+    OutputError where there can be none.
+    """
+    place = Path(tempfile.gettempdir()).resolve()
+    for lock in place.glob(f".{prefix}*.lock"):
+        left = lock.with_name(lock.name[1:].removesuffix(".lock"))
+        with suppress(OutputError), write_lock(left):  # refused where it is still in use
+            shutil.rmtree(left, ignore_errors=True)
+    folder = place / f"{prefix}{uuid4().hex}"
+    with write_lock(folder):
+        try:
+            folder.mkdir(mode=0o700)
+        except OSError as error:
+            raise OutputError(f"cannot make {folder}: {error.strerror or error}") from error
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def check_output(path: Path, *, overwrite: bool, remedy: str = "--overwrite") -> None:

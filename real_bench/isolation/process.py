@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
-from contextlib import suppress
-from pathlib import Path
+from contextlib import ExitStack, suppress
 from typing import IO
 
 from real_bench.errors import ControllerError
+from real_bench.files import own_folder
 from real_bench.isolation.channel import Channel
 from real_bench.isolation.limits import Limits
 from real_bench.isolation.view import View
@@ -37,19 +36,17 @@ class Process:
 
     def __init__(self, walls: Walls, view: View, limits: Limits) -> None:
         self._walls = walls
-        self._folder = Path(tempfile.mkdtemp(prefix="realbench-guest-"))
-        try:
+        with ExitStack() as held:
+            folder = held.enter_context(own_folder("realbench-guest-"))
             ours, theirs = socket.socketpair()
             with ours, theirs:
-                site = Site(self._folder.resolve(), theirs.fileno())
+                site = Site(folder, theirs.fileno())
                 self.inbox = site.inbox
                 site.inbox.mkdir()
                 site.tmp.mkdir()
                 self._child = _started(walls, view, limits, site)
                 self.channel = Channel(ours.dup())
-        except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            raise
+            self._held = held.pop_all()
         self._output = _Output(self._child.stdout)
 
     def close(self) -> None:
@@ -59,7 +56,7 @@ class Process:
         self._child.wait()
         self._output.join()
         self.channel.close()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._held.close()
 
     def obituary(self) -> str:
         """How it ended, once its end of the channel is closed."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import threading
@@ -12,9 +13,11 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
+from pathlib import Path
 from typing import Any, TypeVar
 
 from real_bench.errors import RealBenchError
+from real_bench.files import own_folder, write_whole
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 Task = TypeVar("Task")
@@ -34,7 +37,8 @@ def in_processes(
     their end.
 
     Args:
-        make_worker: makes, once in each process, what does a task; sent there by pickle.
+        make_worker: makes, once in each process, what does a task; sent there by pickle, in a file:
+            to send much to a process that dies before it listens would never end.
         tasks: what each is told, sent there by pickle.
         jobs: how many processes.
         stop: the user's request.
@@ -44,12 +48,17 @@ def in_processes(
         RealBenchError: a process died.
         Exception: whatever the first task that failed has raised.
     """
-    pool = ProcessPoolExecutor(
-        jobs,
-        mp_context=multiprocessing.get_context("spawn"),
-        initializer=_start,
-        initargs=(make_worker,),
-    )
+    with own_folder("realbench-work-") as folder:
+        sent = folder / "make_worker"
+        write_whole(sent, pickle.dumps(make_worker))
+        spawn = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(jobs, spawn, initializer=_start, initargs=(sent,))
+        yield from _done(pool, tasks, jobs, stop, remedy)
+
+
+def _done(
+    pool: ProcessPoolExecutor, tasks: Iterable[Any], jobs: int, stop: StopRequest, remedy: str
+) -> Iterator[Any]:
     waiting = iter(tasks)
     failed = None
     try:
@@ -79,6 +88,8 @@ def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]
     signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     try:
         return {pool.submit(_do, task) for task in tasks}
+    except OSError as error:  # it died while it was being started
+        raise BrokenProcessPool from error
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
 
@@ -86,11 +97,11 @@ def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]
 class _Here:
     """What a worker process keeps between tasks; a process has no other place for it."""
 
-    make_worker: Callable[[], Callable[[Any], Any]]
+    make_worker: Path
     worker: Callable[[Any], Any] | None = None
 
 
-def _start(make_worker: Callable[[], Callable[[Any], Any]]) -> None:
+def _start(make_worker: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
@@ -110,5 +121,5 @@ def _die_with_parent() -> None:
 
 def _do(task: Any) -> Any:
     if _Here.worker is None:  # made here and not at the start, so that its errors are reported
-        _Here.worker = _Here.make_worker()
+        _Here.worker = pickle.loads(_Here.make_worker.read_bytes())()
     return _Here.worker(task)

@@ -1,0 +1,65 @@
+"""Work that is shared among processes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from real_bench.files import own_folder
+from tests.recording.bench import PATIENCE_S
+
+DIES_AT_ONCE = """
+import multiprocessing, sys
+from functools import partial
+
+from real_bench.errors import RealBenchError
+from real_bench.phases.stopping import stop_requests
+from real_bench.phases.workers import in_processes
+
+multiprocessing.set_executable(sys.argv[1])
+with stop_requests() as stop:
+    try:
+        list(in_processes(partial(print, bytes(10_000_000)), [1, 2], 2, stop, "try again"))
+    except RealBenchError as error:
+        sys.exit(str(error))
+"""
+
+
+def test_workers_that_die_before_they_listen_are_told(tmp_path: Path) -> None:
+    """However much they were to be told."""
+    python = tmp_path / "python"
+    python.write_text(
+        f'#!/bin/sh\ncase "$*" in *resource_tracker*) exec {sys.executable} "$@";; esac\nexit 1\n'
+    )
+    python.chmod(0o755)
+    told = [sys.executable, "-c", DIES_AT_ONCE, str(python)]
+    done = subprocess.run(told, capture_output=True, text=True, timeout=PATIENCE_S)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "a worker process died; try again"
+
+
+def test_a_folder_of_a_process_that_was_killed_goes_with_the_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    killed = (
+        "import os, signal\n"
+        "from real_bench.files import own_folder\n"
+        "with own_folder('mine-') as folder:\n"
+        "    (folder / 'part').write_text('kept')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", killed], env=environment, check=False)
+    (left,) = tmp_path.glob("mine-*")
+    with own_folder("mine-") as first, own_folder("mine-") as second:
+        assert not left.exists()
+        assert first.exists()
+        assert first != second
+        with own_folder("other-"):
+            assert len(list(tmp_path.glob("[!.]*"))) == 3
+    assert list(tmp_path.iterdir()) == []
