@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from real_bench.errors import ControllerError
-from real_bench.finding import find_controller
+from real_bench.finding import find_controller, is_installed
 from real_bench.phases.lengths import TRIAL_STEPS
 from real_bench.recording import Header
 from real_bench.scoring.result import Setting
@@ -61,11 +62,14 @@ def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) 
 
 
 def _settings(controller: str, settings: Mapping[str, Any]) -> list[str]:
-    """Those that are not the controller's defaults; all of them where these are not known."""
-    try:
-        defaults = dict(dotted(settings_in_full(find_controller(controller), controller, {})))
-    except ControllerError:
-        defaults = {}
+    """Those that are not the controller's defaults; all of them where these are not known.
+
+    A file is believed only so far: no code is run because it is named in there.
+    """
+    defaults = {}
+    if is_installed(controller):
+        with suppress(ControllerError):
+            defaults = dict(dotted(settings_in_full(find_controller(controller), controller, {})))
     return [
         part
         for name, value in dotted(settings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import struct
 import subprocess
@@ -24,7 +25,9 @@ from real_bench.recording.schema import STATE, TRANSITION
 from real_bench.settings import read_settings
 from real_bench.simulation import load_scene
 from real_bench.simulation.scene import read_manifest
+from tests.cli.shell import COMMAND
 from tests.isolation.conftest import Play
+from tests.scoring.test_comparison import made
 
 pytestmark = pytest.mark.attacks
 
@@ -369,3 +372,23 @@ def test_the_excerpt_of_a_run_hides_what_it_must(play: Play, tmp_path: Path) -> 
     assert poses[-1].tobytes() not in content
     with Recording(excerpt) as recording, pytest.raises(RecordingError, match="without positions"):
         recording.object_poses  # noqa: B018
+
+
+@pytest.mark.parametrize("command", ["report", "figures", "score", "compare", "verify"])
+def test_a_result_that_names_code(tmp_path: Path, command: str) -> None:
+    """No command that only reads a result runs what is named in it."""
+    (tmp_path / "evil.py").write_text(
+        "from pathlib import Path\nPath(__file__).with_name('touched').touch()\n"
+    )
+    for number, named in enumerate([str(tmp_path / "evil.py"), "evil:Evil"]):
+        made([0.1, 0.2], number, controller=named).save(tmp_path / f"{number}.json")
+        files = [f"{number}.json"] * (2 if command == "compare" else 1)
+        subprocess.run(
+            [str(COMMAND), command, *files],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(tmp_path)},
+            capture_output=True,
+            check=False,
+            timeout=300,
+        )
+    assert not (tmp_path / "touched").exists()
