@@ -62,6 +62,11 @@ def controller_file(spec: str) -> Path | None:
     return path if path.is_file() else None
 
 
+def is_installed(spec: str) -> bool:
+    """Whether it is the name of an installed controller: code that the user trusts already."""
+    return any(offer.name == spec for offer in entry_points(group=GROUP))
+
+
 def shown_name(controller: str) -> str:
     """A controller's name as the paper writes it; of one in a file its class, or the file."""
     target, _, class_name = controller.partition(":")

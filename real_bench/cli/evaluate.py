@@ -28,7 +28,7 @@ Example:
 @click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
 @options.overwrite_option
 @options.json_option
-@options.isolation_options
+@options.isolation_options()
 def evaluate(
     goals: Path | None,
     trials: int | None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,18 +36,7 @@ BELOW_MINIMUM = 3
 
 @click.command(epilog=EPILOG)
 @options.setting_options
-@click.option(
-    "--run",
-    type=options.FILE,
-    help=f"Recording to learn from. [default: {options.DEFAULT_RUN}, if it fits]",
-)
-@click.option(
-    "--run-steps", type=int, metavar="N", help="Learn only from its first N steps. [default: all]"
-)
-@click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
-@click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
-@click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes.")
-@click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
+@options.testing_options
 @click.option("--video", type=options.FILE, metavar="DIR", help="Film each trial (.mp4) there.")
 @click.option(
     "--pictures", type=options.FILE, metavar="DIR", help="Start, goal and end of each trial (.png)."
@@ -61,31 +51,39 @@ BELOW_MINIMUM = 3
 @options.resume_option
 @options.overwrite_option
 @options.json_option
-@options.isolation_options
-def extrinsic(
-    trials: int | None,
-    jobs: int,
-    out: Path,
-    min_score: float | None,
-    isolation: options.Isolation,
-    resume: bool,
-    overwrite: bool,
-    as_json: bool,
-    **given: Any,
-) -> None:
+@options.isolation_options()
+def extrinsic(out: Path, min_score: float | None, as_json: bool, **given: Any) -> None:
     """Test a controller on goals that it has never seen, and print the score table.
 
     Controller, its settings, condition, objects and scene are by default those of the recording.
     Every trial lasts 10,000 steps and begins in a fresh world.
     """
-    from real_bench.phases.extrinsic import ExtrinsicPhase
-
-    secrets = [out, *(given[name] for name in ("run", "goals", "video", "pictures", "explain"))]
-    plan = plan_trials(**given, host=isolation.host(secrets))
-    phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
-    result = run_trials(phase, resume=resume, overwrite=overwrite)
+    result = result_of(out=out, **given)
     show(result, out, as_json=as_json)
     judge(result, min_score)
+
+
+def result_of(
+    *,
+    trials: int | None,
+    jobs: int,
+    out: Path,
+    isolation: options.Isolation,
+    resume: bool,
+    overwrite: bool,
+    secrets: Iterable[Path | None] = (),
+    **given: Any,
+) -> Result:
+    """The result of the test that the options ask for; progress is shown.
+
+    An isolated controller must not be able to read any file of the test, nor ``secrets``.
+    """
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+
+    files = [given.get(name) for name in ("run", "goals", "video", "pictures", "explain")]
+    plan = plan_trials(**given, host=isolation.host([out, *files, *secrets]))
+    phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
+    return run_trials(phase, resume=resume, overwrite=overwrite)
 
 
 def plan_trials(
@@ -100,9 +98,9 @@ def plan_trials(
     objects: int | None,
     scene: str | None,
     seed: int | None,
-    video: Path | None,
-    pictures: Path | None,
-    explain: Path | None,
+    video: Path | None = None,
+    pictures: Path | None = None,
+    explain: Path | None = None,
     host: Host | None = None,
 ) -> TrialPlan:
     """What the options describe; what they leave out comes from the recording or the goals."""

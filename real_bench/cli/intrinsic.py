@@ -35,7 +35,7 @@ Example:
 @options.resume_option
 @options.overwrite_option
 @options.json_option
-@options.isolation_options
+@options.isolation_options()
 def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: Any) -> None:
     """Let a controller play freely and record every action and its outcome.
 

@@ -43,12 +43,7 @@ scene_option: Decorator = click.option(
 )
 seed_option: Decorator = click.option("--seed", type=int, help="Seed of all randomness.")
 
-ISOLATION_OPTIONS: tuple[Decorator, ...] = (
-    click.option(
-        "--isolate/--no-isolate",
-        default=False,
-        help="Run the controller in a process of its own, where it reaches nothing else.",
-    ),
+LIMIT_OPTIONS: tuple[Decorator, ...] = (
     click.option("--memory-limit", type=float, metavar="GIB", help="Its memory. [default: 8]"),
     click.option("--call-limit", type=float, metavar="S", help="Time for a call. [default: 3600]"),
     click.option(
@@ -56,7 +51,25 @@ ISOLATION_OPTIONS: tuple[Decorator, ...] = (
     ),
 )
 
-SETTING_OPTIONS = (
+TESTING_OPTIONS: tuple[Decorator, ...] = (
+    click.option(
+        "--run",
+        type=FILE,
+        help=f"Recording to learn from. [default: {DEFAULT_RUN}, if it fits]",
+    ),
+    click.option(
+        "--run-steps",
+        type=int,
+        metavar="N",
+        help="Learn only from its first N steps. [default: all]",
+    ),
+    click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
+    click.option("--trials", type=int, help="Test only the first N goals. [default: all]"),
+    click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
+    click.option("--out", type=FILE, default=DEFAULT_RESULT, show_default=True),
+)
+
+SETTING_OPTIONS: tuple[Decorator, ...] = (
     controller_option,
     settings_option,
     set_option,
@@ -78,9 +91,12 @@ json_option: Decorator = click.option(
 
 def setting_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every phase is told: who plays, with what settings, under which condition, where."""
-    for option in reversed(SETTING_OPTIONS):
-        command = option(command)
-    return command
+    return _with(SETTING_OPTIONS, command)
+
+
+def testing_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What a test is told beside that: what to learn from, the goals, where the result goes."""
+    return _with(TESTING_OPTIONS, command)
 
 
 def recorded_settings(header: Header | None, controller: str | None, host: Host) -> dict[str, Any]:
@@ -124,28 +140,52 @@ class Isolation:
         from real_bench.isolation import IsolatedHost, Limits
 
         host = IsolatedHost(tuple(path for path in secrets if path is not None), Limits(**asked))
-        click.echo(f"the controller is {host.walls.describe()}", err=True)
+        tell_walls()
         return host
 
 
 NOT_ISOLATED = Isolation()
 
 
-def isolation_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Whether the controller runs in a process of its own; the command is given ``isolation``."""
+def tell_walls() -> None:
+    """Say on standard error what isolates controllers here, and what is not enforced."""
+    from real_bench.isolation import found_walls
 
-    @wraps(command)
-    def with_isolation(
-        isolate: bool,
-        memory_limit: float | None,
-        call_limit: float | None,
-        total_limit: float | None,
-        **given: Any,
-    ) -> Any:
-        chosen = Isolation(isolate, memory_limit, call_limit, total_limit)
-        return command(isolation=chosen, **given)
+    click.echo(f"the controller is {found_walls().describe()}", err=True)
 
-    wrapped: Callable[..., Any] = with_isolation
-    for option in reversed(ISOLATION_OPTIONS):
-        wrapped = option(wrapped)
-    return wrapped
+
+def isolate_option(*, by_default: bool = False) -> Decorator:
+    """Whether controllers run in a process of their own."""
+    return click.option(
+        "--isolate/--no-isolate",
+        default=by_default,
+        show_default=True,
+        help="Run the controller in a process of its own, where it reaches nothing else.",
+    )
+
+
+def isolation_options(*, by_default: bool = False) -> Decorator:
+    """Whether, and within which limits; the command is given ``isolation``."""
+
+    def decorator(command: Callable[..., Any]) -> Callable[..., Any]:
+        @wraps(command)
+        def with_isolation(
+            isolate: bool,
+            memory_limit: float | None,
+            call_limit: float | None,
+            total_limit: float | None,
+            **given: Any,
+        ) -> Any:
+            chosen = Isolation(isolate, memory_limit, call_limit, total_limit)
+            return command(isolation=chosen, **given)
+
+        return _with((isolate_option(by_default=by_default), *LIMIT_OPTIONS), with_isolation)
+
+    return decorator
+
+
+def _with(chosen: Iterable[Decorator], command: Callable[..., Any]) -> Callable[..., Any]:
+    """The command with options, which its help shows in this order."""
+    for option in reversed(tuple(chosen)):
+        command = option(command)
+    return command

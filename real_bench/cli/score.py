@@ -5,23 +5,31 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
+from real_bench.cli import extrinsic as testing
 from real_bench.cli import options
+
+if TYPE_CHECKING:
+    from real_bench.scoring.result import Result
 
 EPILOG = """\b
 Example:
+  realbench score --controller submission/mine.py --run run.h5 --goals secret.npy --min 0.2 \\
+      --junit junit.xml --markdown "$GITHUB_STEP_SUMMARY"
   realbench score score.json --min 0.2
-  realbench score 'results/*.json' --baseline best.json --junit junit.xml \\
-      --markdown "$GITHUB_STEP_SUMMARY"
+  realbench score 'results/*.json' --baseline best.json
 """
 
 NOT_PASSED = 3
+OF_BOTH = ("files", "minimum", "baseline", "markdown", "junit", "overwrite", "as_json")
 
 
 @click.command(epilog=EPILOG)
-@click.argument("files", nargs=-1, required=True)
+@click.argument("files", nargs=-1)
 @click.option("--min", "minimum", type=float, metavar="X", help="The least mean score.")
 @click.option(
     "--baseline",
@@ -30,9 +38,16 @@ NOT_PASSED = 3
 )
 @click.option("--markdown", type=options.FILE, help="Append a summary to this file.")
 @click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
+@options.setting_options
+@options.testing_options
+@options.isolation_options(by_default=True)
+@options.resume_option
 @options.overwrite_option
 @options.json_option
+@click.pass_context
 def score(
+    context: click.Context,
+    /,
     files: tuple[str, ...],
     minimum: float | None,
     baseline: str | None,
@@ -40,22 +55,34 @@ def score(
     junit: Path | None,
     overwrite: bool,
     as_json: bool,
+    **given: Any,
 ) -> None:
-    """Judge the results of one controller; exits with 3 where a check fails.
+    """Judge a controller, or the results of one; exits with 3 where a check fails.
 
-    FILES are results, folders of results, or quoted patterns; results on the same goal set are
-    repeats. Checks that all trials are made, that the mean is not below --min, and that it is not
-    below the baseline's beyond chance: the 95% interval of the difference, goal by goal, is not all
-    negative.
+    With --controller or --run it is tested first, as by `realbench extrinsic`, but isolated: made
+    for submissions, which are code from strangers. Else FILES are results, folders of results, or
+    quoted patterns; results on the same goal set are repeats.
+
+    Checks that all trials are made, that the mean is not below --min, and that it is not below the
+    baseline's beyond chance: the 95% interval of the difference, goal by goal, is not all negative.
     """
     from real_bench.cli.reading import read_results
     from real_bench.files import check_output, write_whole
     from real_bench.scoring import verdict as verdicts
 
+    asked = _options_of_a_test(context)
+    if files and asked:
+        raise click.UsageError(f"{asked[0]} is for a test, and FILES are results of tests")
+    if not (files or given["controller"] or given["run"]):
+        raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
     if junit is not None:
         check_output(junit, overwrite=overwrite)
-    results = [result for each in files for result in read_results(each)]
     other = None if baseline is None else read_results(baseline)
+    if files:
+        results = [result for each in files for result in read_results(each)]
+    else:
+        written = [None if baseline is None else Path(baseline), markdown, junit]
+        results = [_tested(secrets=written, overwrite=overwrite, quiet=as_json, **given)]
     verdict = verdicts.judge(results, minimum, other)
     summary = verdicts.markdown(verdict)
     if markdown is not None:
@@ -68,3 +95,20 @@ def score(
         told = "; ".join(f"{each.name}: {each.told}" for each in verdict.checks if not each.passed)
         click.echo(f"realbench: not passed: {told}", err=True)
         sys.exit(NOT_PASSED)
+
+
+def _options_of_a_test(context: click.Context) -> list[str]:
+    """Those options of a test that were given, as they are written."""
+    return [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name not in OF_BOTH
+        and context.get_parameter_source(str(parameter.name)) is ParameterSource.COMMANDLINE
+    ]
+
+
+def _tested(*, out: Path, quiet: bool, **given: Any) -> Result:
+    result = testing.result_of(out=out, **given)
+    if not quiet:
+        testing.show(result, out, as_json=False)
+    return result

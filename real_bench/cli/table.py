@@ -44,6 +44,7 @@ LEAST_WIDTH = 150
     is_flag=True,
     help="Go on with plays that were cut; else they begin anew, so that every number is the same.",
 )
+@options.isolate_option()
 @options.overwrite_option
 @options.json_option
 def table(
@@ -53,6 +54,7 @@ def table(
     scheduler: str | None,
     form: str,
     resume: bool,
+    isolate: bool,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -69,13 +71,16 @@ def table(
 
     experiment = read_spec(spec)
     wanted = experiment.run if run is None else run
+    if isolate:
+        options.tell_walls()
     failures: dict[str, str] = {}
     if wanted:
         with _own_folder(experiment):
-            work = _prepare(experiment, resume=resume, overwrite=overwrite)
+            _draw_goals(experiment)
+            work = Agenda(experiment, isolate=isolate).left(go_on=resume, overwrite=overwrite)
             if len(work):
                 failures = _make(work, _crew(experiment, jobs, scheduler))
-    agenda = Agenda(experiment)
+    agenda = Agenda(experiment, isolate=isolate)
     _show(experiment, rows_of(experiment, agenda), "json" if as_json else form)
     if failures:
         raise ExperimentError(in_short(list(failures.values())))
@@ -97,15 +102,14 @@ def _own_folder(spec: Spec) -> Iterator[None]:
         yield
 
 
-def _prepare(spec: Spec, *, resume: bool, overwrite: bool) -> Work:
-    """Draw the goals that are missing, and find out what else is."""
+def _draw_goals(spec: Spec) -> None:
+    """Draw the goals that are missing."""
     from real_bench.experiments.agenda import Agenda
     from real_bench.simulation import load_scene
 
     load_scene(spec.scene_source)  # whether it is installed
     for name in Agenda(spec).draw_goals():
         click.echo(f"drawing {name}", err=True)
-    return Agenda(spec).left(go_on=resume, overwrite=overwrite)
 
 
 def _crew(spec: Spec, jobs: int | None, scheduler: str | None) -> Crew:

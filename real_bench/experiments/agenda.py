@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
 
-from real_bench.experiments.spec import Cell, DrawnGoals, Spec
-from real_bench.experiments.state import not_of_this, refusal, state_of
-from real_bench.experiments.tasks import PlayTask, ScoringTask
+from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
+from real_bench.experiments.state import State, not_of_this, refusal, state_of
+from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
 
 _T = TypeVar("_T", PlayTask, ScoringTask)
 
@@ -36,29 +37,30 @@ class Work:
 
 
 class Agenda:
-    """All tasks of an experiment.
+    """All tasks of an experiment, and how far they have come; looks at each file once.
 
     Args:
         spec: the experiment.
+        isolate: have every controller in a process of its own, within walls.
     """
 
-    def __init__(self, spec: Spec) -> None:
+    def __init__(self, spec: Spec, *, isolate: bool = False) -> None:
         self._spec = spec
+        self._isolate = isolate
+        self._states: dict[Path, State] = {}
+
+    def state(self, task: Task) -> State:
+        """How far a task had come when it was first asked for."""
+        if task.out not in self._states:
+            self._states[task.out] = state_of(task)
+        return self._states[task.out]
 
     def scorings(self, cell: Cell, seed: int) -> list[ScoringTask]:
         """The tests that make one repeat of a cell, one a goal set."""
         spec, play = self._spec, self.play(cell, seed)
         return [
             ScoringTask(
-                name=f"{cell.name}-seed{seed}-{goals}",
-                controller=spec.controller(cell.controller),
-                condition=cell.condition,
-                scene=spec.scene_source,
-                scene_name=self._scene_name,
-                seed=seed,
-                settings=cell.settings,
-                out=spec.results_folder / f"{cell.name}-seed{seed}-{goals}.json",
-                objects=cell.objects,
+                **self._told(f"{cell.name}-seed{seed}-{goals}", cell, cell.objects, seed, ".json"),
                 trial_steps=spec.trial_steps,
                 goals=spec.goal_file(goals, cell.objects),
                 n_goals=self._goals[goals, cell.objects][0],
@@ -72,21 +74,13 @@ class Agenda:
 
     def play(self, cell: Cell, seed: int) -> PlayTask | None:
         """What one repeat of a cell learns from; cells that share a play get the same task."""
-        spec, found = self._spec, self._spec.play_of(cell)
+        found = self._spec.play_of(cell)
         if found is None:
             return None
         name, play = found
         return PlayTask(
-            name=f"{name}-seed{seed}",
-            controller=spec.controller(play.controller),
-            condition=play.condition,
-            scene=spec.scene_source,
-            scene_name=self._scene_name,
-            seed=seed,
-            settings=play.settings,
-            out=spec.results_folder / f"{name}-seed{seed}.h5",
-            objects=cell.objects,
-            steps=spec.steps,
+            **self._told(f"{name}-seed{seed}", play, cell.objects, seed, ".h5"),
+            steps=self._spec.steps,
             images=play.images,
         )
 
@@ -101,11 +95,12 @@ class Agenda:
             ExperimentError: files are not as the experiment says, and are not to be overwritten.
         """
         repeats = [(cell, seed) for cell in self._spec.cells for seed in self._spec.seeds(cell)]
-        scorings = _left([task for repeat in repeats for task in self.scorings(*repeat)], overwrite)
+        tests = [task for repeat in repeats for task in self.scorings(*repeat)]
+        scorings = self._left(tests, overwrite)
         needed = {task.play for task in scorings}
         tasks = [self.play(*repeat) for repeat in repeats]
         plays = {task.name: task for task in tasks if task and task.name in needed}
-        to_play = _left(list(plays.values()), overwrite)
+        to_play = self._left(list(plays.values()), overwrite)
         return Work(
             tuple(task.model_copy(update={"go_on": go_on}) for task in to_play), tuple(scorings)
         )
@@ -123,6 +118,31 @@ class Agenda:
                 scene = load_scene(spec.scene_source)
                 drawn = generate_goal_set(scene, objects, source.seed, counts=_counts(source))
                 save_goal_set(drawn, path)
+
+    def _told(
+        self, name: str, who: Cell | Play, objects: int, seed: int, suffix: str
+    ) -> dict[str, Any]:
+        """What a play and a test are told alike."""
+        return {
+            "name": name,
+            "controller": self._spec.controller(who.controller),
+            "condition": who.condition,
+            "objects": objects,
+            "scene": self._spec.scene_source,
+            "scene_name": self._scene_name,
+            "seed": seed,
+            "settings": who.settings,
+            "out": self._spec.results_folder / f"{name}{suffix}",
+            "isolate": self._isolate,
+        }
+
+    def _left(self, tasks: Sequence[_T], overwrite: bool) -> list[_T]:
+        """What is not done yet, or not as it should be."""
+        states = [(task, self.state(task)) for task in tasks]
+        wrong = [not_of_this(task, state.misfits) for task, state in states if state.misfits]
+        if wrong and not overwrite:
+            raise refusal(wrong)
+        return [task for task, state in states if state.misfits or state.reached != "done"]
 
     @cached_property
     def _goals(self) -> dict[tuple[str, int], tuple[int, str]]:
@@ -152,18 +172,3 @@ def _counts(source: DrawnGoals) -> dict[str, int]:
     from real_bench.goal_sets.generator import OFFICIAL_COUNTS
 
     return {str(kind): number for kind, number in (source.counts or OFFICIAL_COUNTS).items()}
-
-
-def _left(tasks: Sequence[_T], overwrite: bool) -> list[_T]:
-    """What is not done yet, or not as it should be."""
-    left: list[_T] = []
-    wrong: list[str] = []
-    for task in tasks:
-        state, reasons = state_of(task)
-        if reasons and not overwrite:
-            wrong.append(not_of_this(task, reasons))
-        if reasons or state != "done":
-            left.append(task)
-    if wrong:
-        raise refusal(wrong)
-    return left

@@ -10,10 +10,10 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.spec import Cell, Spec
-from real_bench.experiments.state import misfits, not_of_this, refusal
+from real_bench.experiments.state import not_of_this, refusal
 from real_bench.experiments.tasks import ScoringTask
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
-from real_bench.scoring.result import Result, load_result
+from real_bench.scoring.result import Result
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
     scores: list[list[float]] = []
     classes: list[str] = []
     for seed in spec.seeds(cell):
-        repeat = list(_finished(agenda.scorings(cell, seed)))
+        repeat = list(_finished(agenda, agenda.scorings(cell, seed)))
         if len(repeat) < len(spec.goal_names(cell)):
             continue
         for task, result in repeat:
@@ -92,14 +92,13 @@ def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
     return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), summary)
 
 
-def _finished(tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:
+def _finished(agenda: Agenda, tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:
     for task in tasks:
-        if task.out.exists():
-            result = load_result(task.out)
-            if reasons := misfits(task, result):
-                raise refusal([not_of_this(task, reasons)])
-            if result.is_complete:
-                yield task, result
+        state = agenda.state(task)
+        if state.misfits:
+            raise refusal([not_of_this(task, state.misfits)])
+        if state.result and state.reached == "done":
+            yield task, state.result
 
 
 class _Alike:

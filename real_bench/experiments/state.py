@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,17 +13,31 @@ from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import merged
 
-State = Literal["missing", "unfinished", "done"]
+
+@dataclass(frozen=True)
+class State:
+    """How far a task has come.
+
+    Attributes:
+        reached: whether its file is there, and whole.
+        misfits: what of the file is not as the task says.
+        result: what a test's file holds.
+    """
+
+    reached: Literal["missing", "unfinished", "done"]
+    misfits: tuple[str, ...] = ()
+    result: Result | None = None
 
 
-def state_of(task: Task) -> tuple[State, list[str]]:
-    """How far a task has come, and what of its file is not as the task says."""
+def state_of(task: Task) -> State:
+    """How far a task has come; reads its file."""
     if not task.out.exists():
-        return "missing", []
+        return State("missing")
     if isinstance(task, PlayTask):
         return _state_of_play(task)
     result = load_result(task.out)
-    return ("done" if result.is_complete else "unfinished"), misfits(task, result)
+    misfits = tuple(_misfits(task, result))
+    return State("done" if result.is_complete else "unfinished", misfits, result)
 
 
 def not_of_this(task: Task, reasons: Sequence[str]) -> str:
@@ -41,7 +56,7 @@ def in_short(reasons: Sequence[str], most: int = 3) -> str:
     return f"{'. '.join(reasons[:most])}{more}"
 
 
-def misfits(task: ScoringTask, result: Result) -> list[str]:
+def _misfits(task: ScoringTask, result: Result) -> list[str]:
     """What of a result is not as the task says."""
     from real_bench.files import file_sha256
 
@@ -60,7 +75,7 @@ def misfits(task: ScoringTask, result: Result) -> list[str]:
     return reasons
 
 
-def _state_of_play(task: PlayTask) -> tuple[State, list[str]]:
+def _state_of_play(task: PlayTask) -> State:
     from real_bench.recording import Recording
 
     with Recording(task.out) as recording:
@@ -80,7 +95,7 @@ def _state_of_play(task: PlayTask) -> tuple[State, list[str]]:
         reasons.append("no images")
     reasons += _controller_misfits(task, header.controller, header.controller_sha256)
     reasons += _setting_misfits(task.settings, header.settings)
-    return ("done" if ended else "unfinished"), reasons
+    return State("done" if ended else "unfinished", tuple(reasons))
 
 
 def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
@@ -93,15 +108,13 @@ def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str
 
 def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
     """A file is told by its name and content, for it may have come from another folder."""
-    from real_bench.finding import find_controller, source_sha256
-
     target, _, kind = task.controller.partition(":")
     if not target.endswith(".py"):
         return _differences({"controller": named}, {"controller": task.controller})
     found, _, found_kind = named.partition(":")
     if (Path(found).name, found_kind) != (Path(target).name, kind):
         return [f"controller {named}, not {task.controller}"]
-    if sha256 != source_sha256(find_controller(task.controller)):
+    if sha256 != task.host.identity(task.controller, None).source_sha256:
         return [f"{Path(target).name} as it was before it was changed"]
     return []
 

@@ -13,6 +13,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from real_bench.errors import ResultError
+from real_bench.phases.guest import Host
+from real_bench.phases.local import LocalHost
 
 Report = Callable[[int], None]
 """Told how many steps are done."""
@@ -24,9 +26,10 @@ class _Task(BaseModel, ABC):
     Attributes:
         name: unique in the experiment.
         controller: name, ``module:Class`` or file.
-        condition, scene, seed, settings: of the play or test.
+        condition, objects, scene, seed, settings: of the play or test.
         scene_name: what the scene, which may be told by its manifest, calls itself.
         out: the file it writes.
+        isolate: have the controller in a process of its own, within walls.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -34,11 +37,22 @@ class _Task(BaseModel, ABC):
     name: str
     controller: str
     condition: str
+    objects: int
     scene: str
     scene_name: str
     seed: int
     settings: dict[str, Any]
     out: Path
+    isolate: bool = False
+
+    @property
+    def host(self) -> Host:
+        """Where its controller runs: not where it can read what is written, or its goals."""
+        if not self.isolate:
+            return LocalHost()
+        from real_bench.isolation import IsolatedHost
+
+        return IsolatedHost((self.out.parent, *self.inputs.values()))
 
     @property
     @abstractmethod
@@ -59,13 +73,12 @@ class PlayTask(_Task):
     """An intrinsic phase.
 
     Attributes:
-        objects, steps, images: of the phase.
+        steps, images: of the phase.
         go_on: go on with a recording that was cut; else it begins anew, since a resumed run is
             not bit for bit the uninterrupted one.
     """
 
     kind: Literal["play"] = "play"
-    objects: int
     steps: int
     images: bool | None
     go_on: bool = False
@@ -94,6 +107,7 @@ class PlayTask(_Task):
             out=self.out,
             images=self.images,
             settings=self.settings,
+            host=self.host,
         )
         phase.run(
             lambda progress: report(progress.n_steps), resume=self.go_on, overwrite=not self.go_on
@@ -104,7 +118,6 @@ class ScoringTask(_Task):
     """An extrinsic phase on one goal set.
 
     Attributes:
-        objects: of the test.
         trial_steps: length of a trial.
         goals: the goal set's file, with ``n_goals`` goals.
         goals_sha256: hash of the goal set's content; empty while it is not drawn yet.
@@ -113,7 +126,6 @@ class ScoringTask(_Task):
     """
 
     kind: Literal["scoring"] = "scoring"
-    objects: int
     trial_steps: int
     goals: Path
     n_goals: int
@@ -147,6 +159,7 @@ class ScoringTask(_Task):
             trial_steps=self.trial_steps,
             run=self.run,
             settings=self.settings,
+            host=self.host,
         )
         phase = ExtrinsicPhase(plan, len(plan.goal_set), self.out)
         try:

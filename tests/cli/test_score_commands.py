@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import realbench
+from real_bench.goal_sets import save_goal_set
+from real_bench.scoring.result import load_result
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench, tiny_goals
 from tests.scoring.test_comparison import made
 
 
@@ -58,3 +61,71 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
 def test_nothing_to_read_is_told(tmp_path: Path, named: str, told: str) -> None:
     assert told in realbench(tmp_path, "score", named, code=1).stderr
     assert told in realbench(tmp_path, "compare", named, named, code=1).stderr
+
+
+MINE = """
+from pathlib import Path
+from real_bench.actions import Action
+from real_bench.controller import Controller
+
+class Mine(Controller):
+    try:
+        Path(__file__).with_name("touched").touch()
+    except OSError:
+        pass
+
+    def next_action(self, observation):
+        return Action.rest(4)
+"""
+TEST = ["--controller", "mine.py", "--condition", "OM", "--scene", "builtin"]
+
+
+@pytest.fixture
+def submission(tmp_path: Path, builtin_scene: Scene) -> Path:
+    """A folder with a controller that leaves a trace where it can, and two goals."""
+    (tmp_path / "mine.py").write_text(MINE)
+    save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
+    return tmp_path
+
+
+def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> None:
+    told = [*TEST, "--goals", "goals.npy"]
+    done = realbench(submission, "score", *told, "--min", "0.9", "--junit", "junit.xml", code=3)
+    assert done.stderr.startswith("the controller is isolated by ")
+    assert "not passed: minimum" in done.stderr
+    assert "result: score.json" in done.stdout
+    assert "## mine failed" in done.stdout
+    assert (submission / "junit.xml").exists()
+    assert not (submission / "touched").exists()
+    result = load_result(submission / "score.json")
+    assert result.is_complete
+    exists = realbench(submission, "score", *told, "--min", "0", code=1)
+    assert "score.json exists: use --resume or --overwrite" in exists.stderr
+    again = realbench(submission, "score", *told, "--min", "0", "--resume", "--json")
+    assert json.loads(again.stdout)["passed"] is True
+    realbench(submission, "score", *told, "--no-isolate", "--out", "trusted.json")
+    assert (submission / "touched").exists()
+    assert load_result(submission / "trusted.json").trials == result.trials
+
+
+def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> None:
+    (submission / "package").mkdir()
+    (submission / "package" / "__init__.py").touch()
+    secret = ("--baseline", "package/best.json")
+    made([0.3] * 4).save(submission / "package" / "best.json")
+    done = realbench(submission, "score", *TEST, "--goals", "goals.npy", *secret, code=1)
+    assert "best.json lies where an isolated controller may read" in done.stderr
+    assert not (submission / "score.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "give result files, or a --controller"),
+        (["far.json", "--controller", "real_r"], "--controller is for a test"),
+        (["far.json", "--jobs", "1"], "--jobs is for a test"),
+        (["far.json", "--no-isolate"], "--isolate is for a test"),
+    ],
+)
+def test_results_or_a_test(folder: Path, arguments: list[str], told: str) -> None:
+    assert told in realbench(folder, "score", *arguments, code=2).stderr

@@ -12,7 +12,7 @@ from real_bench.errors import ExperimentError
 from real_bench.experiments import Spec, read_spec
 from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.scores import rows_of
-from real_bench.experiments.state import state_of
+from real_bench.experiments.state import State, state_of
 from real_bench.experiments.table import json_table, latex_table, markdown_table, notes
 from real_bench.finding import find_controller, source_sha256
 from real_bench.goal_sets import generate_goal_set, save_goal_set
@@ -213,7 +213,7 @@ def test_a_play_that_was_killed_at_once_is_unfinished_and_nothing_else(drawn: Sp
     header = phase._header(LocalHost().identity("real_r", {}))
     camera = phase.scene.manifest.camera
     with Recorder.begin(task.out, header, 4, 3000, camera, overwrite=False):
-        assert state_of(task) == ("unfinished", [])
+        assert state_of(task) == State("unfinished")
     assert task.name in [play.name for play in Agenda(drawn).left().plays]
 
 

@@ -95,6 +95,28 @@ def test_one_controller_that_fails_does_not_stop_the_others(
     assert "1 of 1" in done.stdout
 
 
+def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: Path) -> None:
+    """In the plays, in the tests, and when the table is only printed."""
+    (tmp_path / "mine.py").write_text(
+        "from pathlib import Path\n"
+        "from real_bench.controllers.real_r import RealR\n"
+        "class Mine(RealR):\n"
+        "    try:\n"
+        "        Path(__file__).with_name('touched').touch()\n"
+        "    except OSError:\n"
+        "        pass\n"
+    )
+    path = write_spec(cells=[{"controller": "mine.py", "condition": "OM"}], repeats=1)
+    done = realbench(tmp_path, "table", path, "--isolate")
+    assert "the controller is isolated by " in done.stderr
+    assert realbench(tmp_path, "table", path, "--isolate").stdout == done.stdout
+    assert not (tmp_path / "touched").exists()
+    isolated = json.loads(realbench(tmp_path, "table", path, "--json").stdout)["rows"]
+    assert (tmp_path / "touched").exists()
+    path = write_spec(cells=[{"controller": "mine.py", "condition": "OM"}], repeats=1, results="x")
+    assert json.loads(realbench(tmp_path, "table", path, "--json").stdout)["rows"] == isolated
+
+
 def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
     from real_bench.files import write_lock
 
