@@ -11,8 +11,8 @@ from scipy.stats import pearsonr, spearmanr
 from real_bench import analysis
 from real_bench.errors import RealBenchError
 from real_bench.real_x import DynamicAbstraction, Triplets
-from real_bench.scoring.metric import object_scores
-from real_bench.scoring.result import Result, Setting, TrialResult
+from real_bench.scoring.result import Result
+from tests.scoring.bench import made
 
 LENGTHS = st.floats(0, 1)
 
@@ -139,34 +139,7 @@ def test_the_share_visited_is_of_the_cells_in_a_region() -> None:
 
 
 def result(distances: tuple[float, ...], run_steps: int = 0) -> Result:
-    setting = Setting(
-        condition="IM",
-        objects=1,
-        object_names=("cube",),
-        scene="builtin",
-        scene_sha256="1" * 64,
-        controller="real_ld",
-        controller_sha256="2" * 64,
-        run_sha256="3" * 64,
-        run_steps=run_steps,
-        goals_sha256="4" * 64,
-        n_goals=len(distances),
-        trial_steps=10_000,
-        seed=0,
-        versions={},
-    )
-    trials = tuple(
-        TrialResult(
-            goal=goal,
-            challenge="2D",
-            score=float(object_scores([distance]).sum()),
-            distances=(distance,),
-            final_poses=((0, 0, 0, 0, 0, 0, 1),),
-            actions_sha256="5" * 64,
-        )
-        for goal, distance in enumerate(distances)
-    )
-    return Result(setting=setting, trials=trials)
+    return made(distances, classes=["2D"], run_steps=run_steps)
 
 
 def test_scores_by_goal_and_by_length_are_means() -> None:

@@ -10,6 +10,12 @@ from real_bench.goal_sets import GoalSet, generate_goal_set
 from real_bench.simulation import Scene
 
 COMMAND = Path(sys.executable).with_name("realbench")
+TOUCHES = (
+    "import pathlib, contextlib",
+    "with contextlib.suppress(OSError):",
+    "    pathlib.Path(__file__).with_name('touched').touch()",
+)
+"""Lines that leave a trace in their folder, where they are let."""
 
 
 def realbench(
@@ -31,3 +37,9 @@ def realbench(
 def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5) -> GoalSet:
     """Two 2D goals."""
     return generate_goal_set(scene, n_objects, seed, counts={"2D": 2})
+
+
+def write_controller(path: Path, *body: str, before: str = "") -> None:
+    """A controller like REAL-R, with these lines in its class, and a line before it."""
+    lines = (before, "from real_bench.controllers.real_r import RealR", "class Mine(RealR):")
+    path.write_text("\n".join([*lines, *(f"    {line}" for line in body), ""]))

@@ -9,8 +9,8 @@ import pytest
 from real_bench.goal_sets import save_goal_set
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
-from tests.cli.shell import realbench, tiny_goals
-from tests.scoring.test_comparison import made
+from tests.cli.shell import TOUCHES, realbench, tiny_goals, write_controller
+from tests.scoring.bench import made
 
 
 @pytest.fixture
@@ -63,27 +63,13 @@ def test_nothing_to_read_is_told(tmp_path: Path, named: str, told: str) -> None:
     assert told in realbench(tmp_path, "compare", named, named, code=1).stderr
 
 
-MINE = """
-from pathlib import Path
-from real_bench.actions import Action
-from real_bench.controller import Controller
-
-class Mine(Controller):
-    try:
-        Path(__file__).with_name("touched").touch()
-    except OSError:
-        pass
-
-    def next_action(self, observation):
-        return Action.rest(4)
-"""
 TEST = ["--controller", "mine.py", "--condition", "OM", "--scene", "builtin"]
 
 
 @pytest.fixture
 def submission(tmp_path: Path, builtin_scene: Scene) -> Path:
     """A folder with a controller that leaves a trace where it can, and two goals."""
-    (tmp_path / "mine.py").write_text(MINE)
+    write_controller(tmp_path / "mine.py", *TOUCHES)
     save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
     return tmp_path
 

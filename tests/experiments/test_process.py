@@ -13,6 +13,7 @@ from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.process import Processes, TaskFailedError, WorkerLostError
 from real_bench.experiments.tasks import PlayTask, task_from_json
 from real_bench.recording import Recording
+from tests.cli.shell import write_controller
 from tests.experiments.conftest import WriteSpec
 
 
@@ -42,12 +43,11 @@ def test_a_task_is_done_and_told(write_spec: WriteSpec, tmp_path: Path) -> None:
 def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
     write_spec: WriteSpec, tmp_path: Path
 ) -> None:
-    (tmp_path / "loud.py").write_text(
-        "from real_bench.controllers.real_r import RealR\n"
-        "class Loud(RealR):\n"
-        "    def next_action(self, observation):\n"
-        '        print(\'{"failed": "no"}\', flush=True)\n'
-        "        return super().next_action(observation)\n"
+    write_controller(
+        tmp_path / "loud.py",
+        "def next_action(self, observation):",
+        """    print('{"failed": "no"}', flush=True)""",
+        "    return super().next_action(observation)",
     )
     task = a_play(write_spec, "loud.py")
     Processes(tmp_path / "logs").do(task, lambda steps: None)
@@ -55,12 +55,8 @@ def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
 
 
 def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from real_bench.controllers.real_r import RealR\n"
-        "class Bad(RealR):\n"
-        "    def next_action(self, observation):\n"
-        "        raise ValueError('no idea')\n"
-    )
+    raises = "raise ValueError('no idea')"
+    write_controller(tmp_path / "bad.py", f"def next_action(self, observation): {raises}")
     task = a_play(write_spec, "bad.py")
     with pytest.raises(TaskFailedError, match="no idea"):
         Processes(tmp_path / "logs").do(task, lambda steps: None)
@@ -68,13 +64,8 @@ def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) 
 
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(3)"])
 def test_a_process_that_dies_is_lost(write_spec: WriteSpec, tmp_path: Path, end: str) -> None:
-    (tmp_path / "dies.py").write_text(
-        "import os\n"
-        "from real_bench.controllers.real_r import RealR\n"
-        "class Dies(RealR):\n"
-        "    def next_action(self, observation):\n"
-        f"        {end}\n"
-    )
+    method = f"def next_action(self, observation): {end}"
+    write_controller(tmp_path / "dies.py", method, before="import os")
     told = "SIGKILL" if "kill" in end else "exit code 3"
     task = a_play(write_spec, "dies.py")
     with pytest.raises(WorkerLostError, match=told):
@@ -96,13 +87,9 @@ def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path)
 
 def test_a_process_ends_with_whoever_asked_for_it(write_spec: WriteSpec, tmp_path: Path) -> None:
     """Fork, ask, die: the process that did the task is gone soon after."""
-    (tmp_path / "tells.py").write_text(
-        "import os, pathlib\n"
-        "from real_bench.controllers.real_r import RealR\n"
-        "class Tells(RealR):\n"
-        "    def start_intrinsic_phase(self):\n"
-        f"        pathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()))\n"
-    )
+    tells = f"pathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()))"
+    method = f"def start_intrinsic_phase(self): {tells}"
+    write_controller(tmp_path / "tells.py", method, before="import os, pathlib")
     task = a_play(write_spec, "tells.py", steps=100_000_000)
     parent = os.fork()
     if parent == 0:

@@ -19,14 +19,18 @@ from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalHost
 from real_bench.recording import Recorder
-from real_bench.scoring.metric import object_scores
-from real_bench.scoring.result import Result, Setting, TrialResult
 from real_bench.simulation import Scene, load_scene
 from tests.cli.shell import realbench
 from tests.experiments.conftest import WriteSpec
+from tests.scoring.bench import made
 
 DISTANCES = {0: (0.05, 0.10), 1: (0.15, 0.30)}
 """Of the two goals, by seed of the repeat."""
+SAME = (
+    *("condition", "objects", "controller", "seed"),
+    *("run_steps", "n_goals", "trial_steps", "goals_sha256"),
+)
+"""What a task and its result say alike."""
 
 
 @pytest.fixture
@@ -40,34 +44,9 @@ def drawn(spec: Spec, builtin_scene: Scene) -> Spec:
 def keep(spec: Spec, cell: int = 0, repeat: int = 0, n_trials: int = 2, **changes: Any) -> Path:
     """Write a result that fits a cell, but for some changes of its setting."""
     task = Agenda(spec).scorings(spec.cells[cell], repeat)[0]
-    setting = Setting(
-        **{
-            **{
-                name: getattr(task, name) for name in ("condition", "objects", "controller", "seed")
-            },
-            **{name: getattr(task, name) for name in ("run_steps", "n_goals", "trial_steps")},
-            "goals_sha256": task.goals_sha256,
-            "object_names": ("cube",),
-            "scene": "builtin",
-            "scene_sha256": "1" * 64,
-            "controller_sha256": "2" * 64,
-            "run_sha256": "",
-            "versions": {},
-            **changes,
-        }
-    )
-    result = Result(setting=setting)
-    for goal, distance in list(enumerate(DISTANCES[repeat]))[:n_trials]:
-        trial = TrialResult(
-            goal=goal,
-            challenge="2D",
-            score=float(object_scores([distance]).sum()),
-            distances=(distance,),
-            final_poses=((0, 0, 0, 0, 0, 0, 1),),
-            actions_sha256="4" * 64,
-        )
-        result = result.with_trial(trial, 1.0)
-    result.save(task.out)
+    told = {name: getattr(task, name) for name in SAME}
+    distances = DISTANCES[repeat][:n_trials]
+    made(distances, classes=["2D"], **{**told, **changes}).save(task.out)
     return task.out
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.cli.shell import COMMAND, realbench
+from tests.cli.shell import COMMAND, TOUCHES, realbench, write_controller
 from tests.experiments.conftest import WriteSpec
 
 
@@ -79,12 +79,8 @@ def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Pat
 def test_one_controller_that_fails_does_not_stop_the_others(
     write_spec: WriteSpec, tmp_path: Path
 ) -> None:
-    (tmp_path / "bad.py").write_text(
-        "from real_bench.controllers.real_r import RealR\n"
-        "class Bad(RealR):\n"
-        "    def next_action(self, observation):\n"
-        "        raise ValueError('no idea')\n"
-    )
+    raises = "raise ValueError('no idea')"
+    write_controller(tmp_path / "bad.py", f"def next_action(self, observation): {raises}")
     cells: list[dict[str, Any]] = [
         {"controller": "bad.py", "condition": "OM"},
         {"controller": "real_r", "condition": "OM", "play": "none"},
@@ -97,15 +93,7 @@ def test_one_controller_that_fails_does_not_stop_the_others(
 
 def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: Path) -> None:
     """In the plays, in the tests, and when the table is only printed."""
-    (tmp_path / "mine.py").write_text(
-        "from pathlib import Path\n"
-        "from real_bench.controllers.real_r import RealR\n"
-        "class Mine(RealR):\n"
-        "    try:\n"
-        "        Path(__file__).with_name('touched').touch()\n"
-        "    except OSError:\n"
-        "        pass\n"
-    )
+    write_controller(tmp_path / "mine.py", *TOUCHES)
     path = write_spec(cells=[{"controller": "mine.py", "condition": "OM"}], repeats=1)
     done = realbench(tmp_path, "table", path, "--isolate")
     assert "the controller is isolated by " in done.stderr

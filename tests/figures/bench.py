@@ -10,9 +10,9 @@ from typing import Any
 from real_bench.conditions import Condition
 from real_bench.figures import Asked, Material, Play, Tested, play_labels, read_play, read_tested
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.scoring.metric import object_scores
-from real_bench.scoring.result import Result, Setting, TrialResult
+from real_bench.scoring.result import Result
 from real_bench.simulation import load_scene
+from tests.scoring.bench import made
 
 PUSHER = str(Path(__file__).parent / "pusher.py")
 REST = str(Path(__file__).parents[1] / "real_x" / "rests.py")
@@ -67,12 +67,12 @@ class Test:
 
 def made_up(test: Test, distances: Sequence[float], **settings: Any) -> Result:
     """A result whose goals were missed by these distances (m): half of them 2D, then the others."""
-    setting = Setting(
+    half = -(-len(distances) // 2)
+    classes = ["2D"] * half + [("2.5D", "3D")[goal % 2] for goal in range(half, len(distances))]
+    return made(
+        distances,
+        classes=classes,
         condition=test.condition,
-        objects=1,
-        object_names=("cube",),
-        scene="builtin",
-        scene_sha256="1" * 64,
         controller=test.controller,
         controller_sha256=test.code,
         settings=settings,
@@ -80,22 +80,7 @@ def made_up(test: Test, distances: Sequence[float], **settings: Any) -> Result:
         run_steps=test.run_steps,
         goals_sha256=test.goals,
         n_goals=test.n_goals or len(distances),
-        trial_steps=10_000,
-        seed=0,
-        versions={},
     )
-    trials = tuple(
-        TrialResult(
-            goal=goal,
-            challenge="2D" if 2 * goal < len(distances) else ("2.5D", "3D")[goal % 2],
-            score=float(object_scores([distance]).sum()),
-            distances=(distance,),
-            final_poses=((0, 0, 0, 0, 0, 0, 1),),
-            actions_sha256="5" * 64,
-        )
-        for goal, distance in enumerate(distances)
-    )
-    return Result(setting=setting, trials=trials)
 
 
 def reread(folder: Path, *results: Result) -> tuple[Tested, ...]:

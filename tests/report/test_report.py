@@ -14,7 +14,7 @@ from real_bench.report.page import render
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
-from tests.scoring.test_comparison import made
+from tests.scoring.bench import made
 
 HOSTILE = "<script>alert('x')</script>&\"'"
 CHROMIUM = Path("/usr/bin/chromium")

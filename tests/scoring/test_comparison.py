@@ -1,8 +1,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -11,44 +10,11 @@ from hypothesis import strategies as st
 
 from real_bench.errors import ResultError
 from real_bench.scoring.comparison import by_goal, compare
-from real_bench.scoring.metric import object_scores
-from real_bench.scoring.result import Result, Setting, TrialResult
+from real_bench.scoring.result import Result
+from tests.scoring.bench import made
 
 Make = Callable[..., Result]
 DISTANCES = st.lists(st.floats(0, 1), min_size=4, max_size=4)
-CLASSES = ("2D", "2D", "2.5D", "3D")
-
-
-def made(distances: Sequence[float], seed: int = 0, **changes: Any) -> Result:
-    """A result with one object these far from its goals."""
-    fields = {
-        "condition": "OM",
-        "objects": 1,
-        "object_names": ("cube",),
-        "scene": "builtin",
-        "scene_sha256": "1" * 64,
-        "controller": "real_r",
-        "controller_sha256": "2" * 64,
-        "run_sha256": "",
-        "run_steps": 0,
-        "goals_sha256": "3" * 64,
-        "n_goals": len(distances),
-        "trial_steps": 10_000,
-        "seed": seed,
-        "versions": {},
-    }
-    result = Result(setting=Setting(**{**fields, **changes}))
-    for goal, distance in enumerate(distances):
-        trial = TrialResult(
-            goal=goal,
-            challenge=CLASSES[goal % len(CLASSES)],
-            score=float(object_scores([distance]).sum()),
-            distances=(distance,),
-            final_poses=((0, 0, 0, 0, 0, 0, 1),),
-            actions_sha256="4" * 64,
-        )
-        result = result.with_trial(trial, 1.0)
-    return result
 
 
 def test_a_comparison_worked_out_by_hand() -> None:

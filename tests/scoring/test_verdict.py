@@ -6,7 +6,7 @@ import pytest
 
 from real_bench.errors import ResultError
 from real_bench.scoring.verdict import judge, junit, markdown
-from tests.scoring.test_comparison import made
+from tests.scoring.bench import made
 
 FAR = made([0.3] * 20)
 NEAR = made([0.05] * 20)

@@ -27,7 +27,7 @@ from real_bench.simulation import load_scene
 from real_bench.simulation.scene import read_manifest
 from tests.cli.shell import COMMAND
 from tests.isolation.conftest import Play
-from tests.scoring.test_comparison import made
+from tests.scoring.bench import made
 
 pytestmark = pytest.mark.attacks
 
