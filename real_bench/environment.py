@@ -15,7 +15,7 @@ from real_bench.actions import wants_render
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
-from real_bench.phases.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
 from real_bench.task import Task

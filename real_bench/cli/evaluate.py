@@ -10,7 +10,7 @@ import click
 from real_bench.cli import extrinsic as testing
 from real_bench.cli import intrinsic as playing
 from real_bench.cli import options
-from real_bench.phases.lengths import INTRINSIC_STEPS
+from real_bench.lengths import INTRINSIC_STEPS
 
 EPILOG = """\b
 Example:
@@ -46,8 +46,8 @@ def evaluate(
     """
     from real_bench.files import check_output
     from real_bench.goal_sets import load_goal_set
+    from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.lengths import TRIAL_STEPS
     from real_bench.phases.trial import TrialPlan
 
     phase = playing.plan_phase(run, secrets=[out, goals], **given)

@@ -106,7 +106,7 @@ def plan_trials(
     """What the options describe; what they leave out comes from the recording or the goals."""
     from real_bench.conditions import Condition
     from real_bench.goal_sets import load_goal_set
-    from real_bench.phases.lengths import TRIAL_STEPS
+    from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.local import LocalHost
     from real_bench.phases.trial import TrialPlan
     from real_bench.settings import merged, read_settings

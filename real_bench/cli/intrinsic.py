@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
-from real_bench.phases.lengths import INTRINSIC_STEPS
+from real_bench.lengths import INTRINSIC_STEPS
 
 if TYPE_CHECKING:
     from real_bench.phases.guest import Guest, Host

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from real_bench.cli import extrinsic as testing
 from real_bench.cli import options
 
 if TYPE_CHECKING:
+    from real_bench.goal_sets import GoalSet
     from real_bench.scoring.result import Result
 
 EPILOG = """\b
@@ -21,11 +23,14 @@ Example:
   realbench score --controller submission/mine.py --run run.h5 --goals secret.npy --min 0.2 \\
       --junit junit.xml --markdown "$GITHUB_STEP_SUMMARY"
   realbench score score.json --min 0.2
-  realbench score 'results/*.json' --baseline best.json
+  realbench score 'results/*.json' --baseline best.json --goals goals.npy
 """
 
 NOT_PASSED = 3
-OF_BOTH = ("files", "minimum", "baseline", "markdown", "junit", "overwrite", "as_json")
+OF_BOTH = (
+    *("files", "minimum", "baseline", "goals", "trials"),
+    *("markdown", "junit", "overwrite", "as_json"),
+)
 
 
 @click.command(epilog=EPILOG)
@@ -63,8 +68,9 @@ def score(
     for submissions, which are code from strangers. Else FILES are results, folders of results, or
     quoted patterns; results on the same goal set are repeats.
 
-    Checks that all trials are made, that the mean is not below --min, and that it is not below the
-    baseline's beyond chance: the 95% interval of the difference, goal by goal, is not all negative.
+    Checks that all goals are tested (or --trials of them), by trials of full length; that the mean
+    is not below --min, and not below the baseline's beyond chance: the 95% interval of the
+    difference, goal by goal, is not all negative.
     """
     from real_bench.cli.reading import read_results
     from real_bench.files import check_output, write_whole
@@ -83,7 +89,8 @@ def score(
     else:
         written = [None if baseline is None else Path(baseline), markdown, junit]
         results = [_tested(secrets=written, overwrite=overwrite, quiet=as_json, **given)]
-    verdict = verdicts.judge(results, minimum, other)
+    known, enough = _goal_set(given["goals"], results), given["trials"]
+    verdict = verdicts.judge(results, minimum, other, goal_set=known, n_goals=enough)
     summary = verdicts.markdown(verdict)
     if markdown is not None:
         before = markdown.read_text(encoding="utf-8") if markdown.exists() else ""
@@ -105,6 +112,15 @@ def _options_of_a_test(context: click.Context) -> list[str]:
         if parameter.name not in OF_BOTH
         and context.get_parameter_source(str(parameter.name)) is ParameterSource.COMMANDLINE
     ]
+
+
+def _goal_set(named: Path | None, results: Sequence[Result]) -> GoalSet | None:
+    """The goals that are named, or the shipped ones where the results are of these."""
+    from real_bench.goal_sets import load_goal_set, shipped_goal_set
+
+    goal_set = load_goal_set(named or shipped_goal_set(results[0].setting.objects))
+    alike = all(result.setting.goals_sha256 == goal_set.sha256 for result in results)
+    return goal_set if named or alike else None
 
 
 def _tested(*, out: Path, quiet: bool, **given: Any) -> Result:

@@ -17,7 +17,7 @@ from pydantic import (
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
-from real_bench.phases.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.yaml_files import read_mapping
 
 OWN, NONE, SHIPPED = "own", "none", "shipped"

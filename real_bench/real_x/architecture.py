@@ -17,7 +17,7 @@ from real_bench.actions import ACTION_STEPS, Action
 from real_bench.controller import Controller, State
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
-from real_bench.phases.lengths import TRIAL_STEPS
+from real_bench.lengths import TRIAL_STEPS
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction
 from real_bench.real_x.explorer import RandomExplorer
 from real_bench.real_x.home import plannable

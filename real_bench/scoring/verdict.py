@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ResultError
 from real_bench.finding import shown_name
+from real_bench.lengths import TRIAL_STEPS
 from real_bench.scoring.comparison import Comparison, by_goal, compare
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
 from real_bench.scoring.result import Result, Setting
@@ -15,6 +16,8 @@ from real_bench.scoring.statistics import Interval, stratified_mean_interval
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml
+
+    from real_bench.goal_sets import GoalSet
 
 ONE_TEST = ("controller", "condition", "objects", "scene_sha256", "run_steps", "trial_steps")
 """What must agree between the results of one submission."""
@@ -74,6 +77,9 @@ def judge(
     results: Sequence[Result],
     minimum: float | None = None,
     baseline: Sequence[Result] | None = None,
+    *,
+    goal_set: GoalSet | None = None,
+    n_goals: int | None = None,
 ) -> Verdict:
     """Judge the results of one controller.
 
@@ -81,6 +87,8 @@ def judge(
         results: on one or more goal sets; those on the same set are repeats.
         minimum: the least mean score.
         baseline: results on the same goals, than which these must not be worse beyond chance.
+        goal_set: that all must be of; None: whatever they say.
+        n_goals: how many goals are enough; None: all of the set, or as many as they say it has.
 
     Raises:
         ResultError: the results are not of one test, or the baseline is on other goals.
@@ -94,9 +102,11 @@ def judge(
             )
     scores = by_goal(results)
     summary = summarise_repeats(scores.scores, scores.classes)
-    n_done = sum(len(result.trials) for result in results)
-    n_asked = sum(result.setting.n_goals for result in results)
-    checks = [Check("complete", n_done == n_asked, f"{n_done} of {n_asked} trials")]
+    if n_goals is None and goal_set is not None:
+        n_goals = len(goal_set)
+    checks = [_complete(results, n_goals), _of_full_length(results)]
+    if goal_set is not None:
+        checks.append(_of_these_goals(results, goal_set))
     if minimum is not None:
         told = f"{summary.mean:.4f}, at least {minimum} is asked"
         checks.append(Check("minimum", summary.mean >= minimum, told))
@@ -106,6 +116,26 @@ def judge(
         checks.append(Check("not worse than the baseline", not comparison.is_worse, told))
     interval = stratified_mean_interval(scores.scores.mean(axis=0), scores.classes)
     return Verdict(results[0].setting, summary, interval, comparison, tuple(checks))
+
+
+def _complete(results: Sequence[Result], n_goals: int | None) -> Check:
+    done = [len(result.trials) for result in results]
+    asked = [n_goals or result.setting.n_goals for result in results]
+    passed = all(one >= other for one, other in zip(done, asked, strict=True))
+    return Check("complete", passed, f"{sum(done)} of {sum(asked)} trials")
+
+
+def _of_full_length(results: Sequence[Result]) -> Check:
+    steps = results[0].setting.trial_steps  # all are alike
+    told = f"{steps:,} steps a trial"
+    return Check("length", steps == TRIAL_STEPS, told)
+
+
+def _of_these_goals(results: Sequence[Result], goal_set: GoalSet) -> Check:
+    found = sorted({result.setting.goals_sha256 for result in results})
+    passed = found == [goal_set.sha256]
+    told = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
+    return Check("goals", passed, told if passed else f"{told}, not {goal_set.sha256[:12]}")
 
 
 def markdown(verdict: Verdict) -> str:

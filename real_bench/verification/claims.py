@@ -10,7 +10,7 @@ from real_bench.errors import ResultError
 from real_bench.files import file_sha256
 from real_bench.finding import controller_file
 from real_bench.goal_sets import GoalSet
-from real_bench.phases.lengths import TRIAL_STEPS
+from real_bench.lengths import TRIAL_STEPS
 from real_bench.quoting import quoted
 from real_bench.recording import Recording, package_versions
 from real_bench.scoring.result import Result

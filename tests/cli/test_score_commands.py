@@ -48,7 +48,7 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
     page = (folder / "summary.md").read_text()
     assert page.startswith("# Before\n## REAL-R passed")
     root = ElementTree.parse(folder / "junit.xml").getroot()
-    assert [case.get("name") for case in root.iter("testcase")] == ["complete"]
+    assert [case.get("name") for case in root.iter("testcase")] == ["complete", "length"]
     again = realbench(folder, "score", "near", *files, code=1)
     assert "junit.xml exists" in again.stderr
     realbench(folder, "score", "near", *files, "--overwrite")
@@ -92,6 +92,14 @@ def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> Non
     realbench(submission, "score", *told, "--no-isolate", "--out", "trusted.json")
     assert (submission / "touched").exists()
     assert load_result(submission / "trusted.json").trials == result.trials
+
+
+def test_a_part_of_the_goals_is_not_all_of_them(submission: Path) -> None:
+    goals = ("--goals", "goals.npy")
+    realbench(submission, "score", *TEST, *goals, "--trials", "1")
+    done = realbench(submission, "score", "score.json", *goals, code=3)
+    assert "not passed: complete: 1 of 2 trials" in done.stderr
+    realbench(submission, "score", "score.json", *goals, "--trials", "1")
 
 
 def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> None:

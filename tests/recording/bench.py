@@ -13,9 +13,9 @@ from real_bench.recording import Recording
 SCENE = "builtin"
 
 EAGER = """
-import real_bench.phases.lengths, real_bench.recording.recorder
+import real_bench.lengths, real_bench.recording.recorder
 real_bench.recording.recorder.SECONDS_BETWEEN_WRITES = 0.0
-real_bench.phases.lengths.TRIAL_STEPS = 4000
+real_bench.lengths.TRIAL_STEPS = 4000
 from real_bench.cli import main
 main()
 """
