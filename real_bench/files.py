@@ -77,8 +77,7 @@ def own_folder(prefix: str) -> Iterator[Path]:
     OutputError where there can be none.
     """
     place = Path(tempfile.gettempdir()).resolve()
-    for lock in place.glob(f".{prefix}*.lock"):
-        left = lock.with_name(lock.name[1:].removesuffix(".lock"))
+    for left in place.glob(f"{prefix}*"):  # each was locked before it was made
         with suppress(OutputError), write_lock(left):  # refused where it is still in use
             shutil.rmtree(left, ignore_errors=True)
     folder = place / f"{prefix}{uuid4().hex}"

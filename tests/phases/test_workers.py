@@ -63,3 +63,20 @@ def test_a_folder_of_a_process_that_was_killed_goes_with_the_next(
         with own_folder("other-"):
             assert len(list(tmp_path.glob("[!.]*"))) == 3
     assert list(tmp_path.iterdir()) == []
+
+
+MANY = """
+from real_bench.files import own_folder
+
+for _ in range(200):
+    with own_folder("mine-") as folder:
+        (folder / "part").touch()
+"""
+
+
+def test_who_tidies_up_does_not_disturb_who_begins(tmp_path: Path) -> None:
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    told = [sys.executable, "-c", MANY]
+    processes = [subprocess.Popen(told, env=environment) for _ in range(4)]
+    assert [process.wait(PATIENCE_S) for process in processes] == [0] * 4
+    assert list(tmp_path.iterdir()) == []
