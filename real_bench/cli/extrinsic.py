@@ -81,7 +81,8 @@ def result_of(
     from real_bench.phases.extrinsic import ExtrinsicPhase
 
     files = [given.get(name) for name in ("run", "goals", "video", "pictures", "explain")]
-    plan = plan_trials(**given, host=isolation.host([out, *files, *secrets]))
+    default = [options.DEFAULT_RUN] if options.DEFAULT_RUN.exists() else []
+    plan = plan_trials(**given, host=isolation.host([out, *default, *files, *secrets]))
     phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
     return run_trials(phase, resume=resume, overwrite=overwrite)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 import uuid
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.process import Processes, WorkerLostError
 from real_bench.experiments.tasks import Report, Task, task_from_json
-from real_bench.files import write_whole
+from real_bench.files import own_folder, write_whole
 
 SECONDS_TO_CONNECT = 10
 AT_ONCE = 64
@@ -94,8 +93,7 @@ def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
     worker = get_worker()
     key = worker.get_current_task()
     asked = task_from_json(text)
-    with tempfile.TemporaryDirectory(prefix="realbench-") as name:
-        folder = Path(name)
+    with own_folder("realbench-task-") as folder:
         task = _moved(asked, contents, folder)
 
         def report(done: int) -> None:
