@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -77,9 +78,11 @@ def own_folder(prefix: str) -> Iterator[Path]:
     OutputError where there can be none.
     """
     place = Path(tempfile.gettempdir()).resolve()
-    for left in place.glob(f"{prefix}*"):  # each was locked before it was made
+    for left in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
+        if left.is_symlink() or left.stat().st_uid != os.getuid():
+            continue
         with suppress(OutputError), write_lock(left):  # refused where it is still in use
-            shutil.rmtree(left, ignore_errors=True)
+            _remove(left)
     folder = place / f"{prefix}{uuid4().hex}"
     with write_lock(folder):
         try:
@@ -89,10 +92,21 @@ def own_folder(prefix: str) -> Iterator[Path]:
         try:
             yield folder
         finally:
-            shutil.rmtree(folder, ignore_errors=True)
+            _remove(folder)
 
 
-def check_output(path: Path, *, overwrite: bool, remedy: str = "--overwrite") -> None:
+def _remove(folder: Path) -> None:
+    """Remove a folder, whatever a stranger has put into it; fails in silence."""
+    with suppress(OSError, RecursionError):
+        return shutil.rmtree(folder)
+    for command in (["chmod", "-R", "u+rwx"], ["rm", "-rf"]):  # however deep, and closed
+        with suppress(OSError):
+            subprocess.run([*command, "--", str(folder)], capture_output=True, check=False)
+
+
+def check_output(
+    path: Path, *, overwrite: bool, remedy: str = "--overwrite", option: str = "--out"
+) -> None:
     """Find out before any work is done whether a file can be written.
 
     Raises:
@@ -101,7 +115,7 @@ def check_output(path: Path, *, overwrite: bool, remedy: str = "--overwrite") ->
     if path.is_dir():
         raise OutputError(f"{path} is a folder, not a file")
     if path.exists() and not overwrite:
-        raise OutputError(f"{path} exists: use {remedy}, or another --out")
+        raise OutputError(f"{path} exists: use {remedy}, or another {option}")
     try:
         with tempfile.TemporaryFile(dir=path.parent):
             pass

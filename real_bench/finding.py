@@ -7,6 +7,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import entry_points
@@ -60,6 +61,24 @@ def controller_file(spec: str) -> Path | None:
             found = importlib.util.find_spec(modules[0]) if modules else None
             path = Path(found.origin or "") if found else path
     return path if path.is_file() else None
+
+
+def code_beside(file: Path) -> Iterator[Path]:
+    """Python files and packages beside a file; no links, which could lead anywhere."""
+    for path in sorted(file.parent.iterdir()):
+        if path.is_symlink() or path == file:
+            continue
+        if (path.suffix == ".py" and path.is_file()) or (path / "__init__.py").is_file():
+            yield path
+
+
+def is_defined_by(file: Path, sha256: str) -> bool:
+    """Whether this file, or one beside it, has the hash of the file that defines a controller.
+
+    Found without running any of it.
+    """
+    beside = (path for place in code_beside(file) for path in (place, *place.rglob("*.py")))
+    return any(path.is_file() and file_sha256(path) == sha256 for path in (file, *beside))
 
 
 def is_installed(spec: str) -> bool:

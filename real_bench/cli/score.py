@@ -13,9 +13,11 @@ from click.core import ParameterSource
 
 from real_bench.cli import extrinsic as testing
 from real_bench.cli import options
+from real_bench.errors import ControllerError
 
 if TYPE_CHECKING:
-    from real_bench.goal_sets import GoalSet
+    from junitparser import JUnitXml
+
     from real_bench.scoring.result import Result
 
 EPILOG = """\b
@@ -68,7 +70,8 @@ def score(
     for submissions, which are code from strangers. Else FILES are results, folders of results, or
     quoted patterns; results on the same goal set are repeats.
 
-    Checks that all goals are tested (or --trials of them), by trials of full length; that the mean
+    Checks that all goals are tested (or --trials of them), and are those of --goals where these are
+    given; that trials are of full length; that the mean
     is not below --min, and not below the baseline's beyond chance: the 95% interval of the
     difference, goal by goal, is not all negative.
     """
@@ -81,23 +84,37 @@ def score(
         raise click.UsageError(f"{asked[0]} is for a test, and FILES are results of tests")
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
+    if given["trials"] is not None and given["trials"] < 1:
+        raise click.UsageError(f"--trials must be at least 1, not {given['trials']}")
     if junit is not None:
-        check_output(junit, overwrite=overwrite)
+        check_output(junit, overwrite=overwrite, option="--junit")
+    if markdown is not None:
+        check_output(markdown, overwrite=True)
     other = None if baseline is None else read_results(baseline)
+
+    def publish(page: str, cases: JUnitXml) -> None:
+        if junit is not None:
+            write_whole(junit, cases.tostring())
+        if markdown is not None:
+            before = markdown.read_text(encoding="utf-8") if markdown.exists() else ""
+            write_whole(markdown, (before + page).encode())
+
     if files:
         results = [result for each in files for result in read_results(each)]
     else:
         written = [None if baseline is None else Path(baseline), markdown, junit]
-        results = [_tested(secrets=written, overwrite=overwrite, quiet=as_json, **given)]
-    known, enough = _goal_set(given["goals"], results), given["trials"]
-    verdict = verdicts.judge(results, minimum, other, goal_set=known, n_goals=enough)
-    summary = verdicts.markdown(verdict)
-    if markdown is not None:
-        before = markdown.read_text(encoding="utf-8") if markdown.exists() else ""
-        write_whole(markdown, (before + summary).encode())
-    if junit is not None:
-        write_whole(junit, verdicts.junit(verdict).tostring())
-    click.echo(json.dumps(verdict.to_json()) if as_json else summary.rstrip())
+        try:
+            results = [_tested(secrets=written, overwrite=overwrite, quiet=as_json, **given)]
+        except ControllerError as error:
+            publish(*verdicts.failure(str(error)))
+            raise
+    goals, sizes = _goal_sets(given["goals"], results)
+    verdict = verdicts.judge(
+        results, minimum, other, goals=goals, sizes=sizes, n_goals=given["trials"]
+    )
+    page = verdicts.markdown(verdict)
+    publish(page, verdicts.junit(verdict))
+    click.echo(json.dumps(verdict.to_json()) if as_json else page.rstrip())
     if not verdict.passed:
         told = "; ".join(f"{each.name}: {each.told}" for each in verdict.checks if not each.passed)
         click.echo(f"realbench: not passed: {told}", err=True)
@@ -114,13 +131,16 @@ def _options_of_a_test(context: click.Context) -> list[str]:
     ]
 
 
-def _goal_set(named: Path | None, results: Sequence[Result]) -> GoalSet | None:
-    """The goals that are named, or the shipped ones where the results are of these."""
+def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | None, dict[str, int]]:
+    """The hash of the goals that are named; how many these and the shipped ones are."""
     from real_bench.goal_sets import load_goal_set, shipped_goal_set
 
-    goal_set = load_goal_set(named or shipped_goal_set(results[0].setting.objects))
-    alike = all(result.setting.goals_sha256 == goal_set.sha256 for result in results)
-    return goal_set if named or alike else None
+    shipped = load_goal_set(shipped_goal_set(results[0].setting.objects))
+    sizes = {shipped.sha256: len(shipped)}
+    if named is None:
+        return None, sizes
+    goal_set = load_goal_set(named)
+    return goal_set.sha256, {**sizes, goal_set.sha256: len(goal_set)}
 
 
 def _tested(*, out: Path, quiet: bool, **given: Any) -> Result:

@@ -6,12 +6,15 @@ import json
 import signal
 import subprocess
 import sys
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import IO, Any
 
 from real_bench.errors import ExperimentError, RealBenchError
 from real_bench.experiments.tasks import Report, Task
+
+WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import main; main()"
+"""Without the current folder, which may be a stranger's, among those that are imported from."""
 
 
 class TaskFailedError(RealBenchError):
@@ -76,13 +79,15 @@ class Processes:
                     report(message["done"])
         except (BrokenPipeError, ValueError):  # it died in the middle of a word
             message = {}
+        with suppress(BrokenPipeError):  # of what it had not read yet
+            process.stdin.close()
         process.wait()
         return message
 
     @staticmethod
     def _process(log: IO[bytes] | None) -> subprocess.Popen[str]:
         return subprocess.Popen(
-            [sys.executable, "-m", "real_bench.experiments.worker"],
+            [sys.executable, "-c", WORKER],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=log,

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from real_bench.errors import ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
+from real_bench.finding import is_defined_by
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import merged
 
@@ -114,7 +115,7 @@ def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
     found, _, found_kind = named.partition(":")
     if (Path(found).name, found_kind) != (Path(target).name, kind):
         return [f"controller {named}, not {task.controller}"]
-    if sha256 != task.host.identity(task.controller, None).source_sha256:
+    if not is_defined_by(Path(target), sha256):
         return [f"{Path(target).name} as it was before it was changed"]
     return []
 

@@ -5,6 +5,7 @@ A task says all that it takes to do it, as plain data, so that another process o
 
 from __future__ import annotations
 
+import platform
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from real_bench.errors import ResultError
+from real_bench.errors import ControllerError, ResultError
 from real_bench.phases.guest import Host
 from real_bench.phases.local import LocalHost
 
@@ -47,12 +48,20 @@ class _Task(BaseModel, ABC):
 
     @property
     def host(self) -> Host:
-        """Where its controller runs: not where it can read what is written, or its goals."""
+        """Where its controller runs: not where it can read what is written, or its goals.
+
+        Raises ControllerError where this machine, which may be far away, cannot see to that.
+        """
         if not self.isolate:
             return LocalHost()
         from real_bench.isolation import IsolatedHost
 
-        return IsolatedHost((self.out.parent, *self.inputs.values()))
+        host = IsolatedHost((self.out.parent, *self.inputs.values()))
+        if not host.walls.keep_files:
+            raise ControllerError(
+                f"{self.controller} cannot be isolated on {platform.node()}: install bubblewrap"
+            )
+        return host
 
     @property
     @abstractmethod

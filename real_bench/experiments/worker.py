@@ -1,4 +1,4 @@
-"""Do one task in this process: ``python -m real_bench.experiments.worker``.
+"""Do one task in this process; see ``process.py``, which starts it.
 
 The task comes as one line of JSON on standard input, which then stays open: when it closes, whoever
 asked is gone, and so is this process. Lines of JSON on standard output say how far it has come
@@ -60,7 +60,3 @@ def main() -> None:
 def _end_with_parent() -> None:
     sys.stdin.read()
     os._exit(1)
-
-
-if __name__ == "__main__":
-    main()

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
-from real_bench.finding import GROUP
+from real_bench.finding import GROUP, code_beside
 
 SYSTEM = (
     "/usr",
@@ -79,20 +79,11 @@ def view_of(spec: str) -> View:
         file = Path(target).resolve()
         if not file.is_file():
             raise ControllerError(f"the controller file {target} does not exist")
-        return View((file, *_neighbours(file)), shared, hidden, _user_site())
+        return View((file, *code_beside(file)), shared, hidden, _user_site())
     module = target if class_name else _module_of(spec)
     place = _place_of(module, spec)
     elsewhere = () if _within(place, shared) else (place.parent,)
     return View((place,), shared, hidden, (*_user_site(), *elsewhere))
-
-
-def _neighbours(file: Path) -> Iterator[Path]:
-    """Python files and packages beside a file; no links, which could lead anywhere."""
-    for path in sorted(file.parent.iterdir()):
-        if path.is_symlink() or path == file:
-            continue
-        if (path.suffix == ".py" and path.is_file()) or (path / "__init__.py").is_file():
-            yield path
 
 
 def _module_of(name: str) -> str:

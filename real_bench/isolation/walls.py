@@ -35,10 +35,15 @@ class Walls:
     landlock: bool
     seccomp: bool
 
+    @property
+    def keep_files(self) -> bool:
+        """Whether files are out of its reach."""
+        return bool(self.bubblewrap) or self.landlock
+
     def missing(self) -> list[str]:
         """What is not enforced, in words."""
         faults = []
-        if not self.bubblewrap and not self.landlock:
+        if not self.keep_files:
             faults.append("files: it can read goals and write results as you can")
         if not self.bubblewrap and not self.seccomp:
             faults.append("network, and signals to other processes")

@@ -12,13 +12,17 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
+from uuid import uuid4
 
 from real_bench.errors import RealBenchError
 from real_bench.files import own_folder, write_whole
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
+
+MAKE_WORKER = "make_worker"
 
 Task = TypeVar("Task")
 Done = TypeVar("Done")
@@ -34,11 +38,11 @@ def in_processes(
     """Do every task in one of several processes; each gives what came of it as it ends.
 
     After a failure or a request to stop no further task is begun, and those under way come to
-    their end.
+    their end. What is told and what comes of it goes through files: a process that dies in the
+    middle of much that it reads or writes in a pipe would leave the others waiting for ever.
 
     Args:
-        make_worker: makes, once in each process, what does a task; sent there by pickle, in a file:
-            to send much to a process that dies before it listens would never end.
+        make_worker: makes, once in each process, what does a task; sent there by pickle.
         tasks: what each is told, sent there by pickle.
         jobs: how many processes.
         stop: the user's request.
@@ -48,17 +52,34 @@ def in_processes(
         RealBenchError: a process died.
         Exception: whatever the first task that failed has raised.
     """
-    with own_folder("realbench-work-") as folder:
-        sent = folder / "make_worker"
-        write_whole(sent, pickle.dumps(make_worker))
+    with own_folder("realbench-work-") as folder, _importing_nothing_from_here():
+        write_whole(folder / MAKE_WORKER, pickle.dumps(make_worker))
         spawn = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(jobs, spawn, initializer=_start, initargs=(sent,))
-        yield from _done(pool, tasks, jobs, stop, remedy)
+        pool = ProcessPoolExecutor(jobs, spawn, initializer=_start, initargs=(folder,))
+        for done in _done(pool, tasks, jobs, stop, remedy):
+            yield pickle.loads(done.read_bytes())
+            done.unlink()
+
+
+@contextmanager
+def _importing_nothing_from_here() -> Iterator[None]:
+    """Have new processes not import what lies in the current folder, which may be a stranger's."""
+    name = "PYTHONSAFEPATH"  # from Python 3.11 on
+    before = os.environ.get(name)
+    os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
 
 
 def _done(
     pool: ProcessPoolExecutor, tasks: Iterable[Any], jobs: int, stop: StopRequest, remedy: str
-) -> Iterator[Any]:
+) -> Iterator[Path]:
+    """The file of each result."""
     waiting = iter(tasks)
     failed = None
     try:
@@ -97,11 +118,11 @@ def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]
 class _Here:
     """What a worker process keeps between tasks; a process has no other place for it."""
 
-    make_worker: Path
+    folder: Path
     worker: Callable[[Any], Any] | None = None
 
 
-def _start(make_worker: Path) -> None:
+def _start(folder: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
@@ -109,7 +130,7 @@ def _start(make_worker: Path) -> None:
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     threading.Thread(target=_die_with_parent, daemon=True).start()
-    _Here.make_worker = make_worker
+    _Here.folder = folder
 
 
 def _die_with_parent() -> None:
@@ -119,7 +140,9 @@ def _die_with_parent() -> None:
         os._exit(1)
 
 
-def _do(task: Any) -> Any:
+def _do(task: Any) -> Path:
     if _Here.worker is None:  # made here and not at the start, so that its errors are reported
-        _Here.worker = pickle.loads(_Here.make_worker.read_bytes())()
-    return _Here.worker(task)
+        _Here.worker = pickle.loads((_Here.folder / MAKE_WORKER).read_bytes())()
+    done = _Here.folder / uuid4().hex
+    write_whole(done, pickle.dumps(_Here.worker(task)))
+    return done

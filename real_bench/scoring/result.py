@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from real_bench.errors import ResultError, faults
 from real_bench.files import write_whole
@@ -32,6 +32,16 @@ from real_bench.scoring.summary import ClassSummary, GoalOutcome, summarise
 Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
 
 
+def _one_line(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("a name must be of letters that can be printed")
+    return text
+
+
+Line = Annotated[str, AfterValidator(_one_line)]
+"""Is printed as it is: a stranger's file must not move the cursor of a terminal."""
+
+
 class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -51,12 +61,12 @@ class Setting(_Record):
         versions: of Python and the packages that can change the outcome.
     """
 
-    condition: str
+    condition: Line
     objects: int
-    object_names: tuple[str, ...]
-    scene: str
+    object_names: tuple[Line, ...]
+    scene: Line
     scene_sha256: str
-    controller: str
+    controller: Line
     controller_sha256: str
     settings: dict[str, Any] = Field(default_factory=dict)
     run_sha256: str
@@ -65,7 +75,7 @@ class Setting(_Record):
     n_goals: int
     trial_steps: int
     seed: int
-    versions: dict[str, str]
+    versions: dict[Line, Line]
 
 
 class TrialResult(_Record):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ResultError
 from real_bench.finding import shown_name
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, by_goal, compare
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
 from real_bench.scoring.result import Result, Setting
@@ -16,8 +17,6 @@ from real_bench.scoring.statistics import Interval, stratified_mean_interval
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml
-
-    from real_bench.goal_sets import GoalSet
 
 ONE_TEST = ("controller", "condition", "objects", "scene_sha256", "run_steps", "trial_steps")
 """What must agree between the results of one submission."""
@@ -78,7 +77,8 @@ def judge(
     minimum: float | None = None,
     baseline: Sequence[Result] | None = None,
     *,
-    goal_set: GoalSet | None = None,
+    goals: str | None = None,
+    sizes: Mapping[str, int] | None = None,
     n_goals: int | None = None,
 ) -> Verdict:
     """Judge the results of one controller.
@@ -87,8 +87,9 @@ def judge(
         results: on one or more goal sets; those on the same set are repeats.
         minimum: the least mean score.
         baseline: results on the same goals, than which these must not be worse beyond chance.
-        goal_set: that all must be of; None: whatever they say.
-        n_goals: how many goals are enough; None: all of the set, or as many as they say it has.
+        goals: hash of the goal set that all must be of; None: any.
+        sizes: how many goals sets have, by hash; of others, results are believed.
+        n_goals: how many goals of a set are enough; None: all.
 
     Raises:
         ResultError: the results are not of one test, or the baseline is on other goals.
@@ -102,11 +103,9 @@ def judge(
             )
     scores = by_goal(results)
     summary = summarise_repeats(scores.scores, scores.classes)
-    if n_goals is None and goal_set is not None:
-        n_goals = len(goal_set)
-    checks = [_complete(results, n_goals), _of_full_length(results)]
-    if goal_set is not None:
-        checks.append(_of_these_goals(results, goal_set))
+    checks = [_complete(results, sizes or {}, n_goals), _of_full_length(results)]
+    if goals is not None:
+        checks.append(_of_these_goals(results, goals))
     if minimum is not None:
         told = f"{summary.mean:.4f}, at least {minimum} is asked"
         checks.append(Check("minimum", summary.mean >= minimum, told))
@@ -118,11 +117,12 @@ def judge(
     return Verdict(results[0].setting, summary, interval, comparison, tuple(checks))
 
 
-def _complete(results: Sequence[Result], n_goals: int | None) -> Check:
-    done = [len(result.trials) for result in results]
-    asked = [n_goals or result.setting.n_goals for result in results]
-    passed = all(one >= other for one, other in zip(done, asked, strict=True))
-    return Check("complete", passed, f"{sum(done)} of {sum(asked)} trials")
+def _complete(results: Sequence[Result], sizes: Mapping[str, int], n_goals: int | None) -> Check:
+    settings = [result.setting for result in results]
+    whole = [sizes.get(setting.goals_sha256, setting.n_goals) for setting in settings]
+    asked = whole if n_goals is None else [min(n_goals, n) for n in whole]
+    done = [min(len(result.trials), n) for result, n in zip(results, asked, strict=True)]
+    return Check("complete", done == asked, f"{sum(done)} of {sum(asked)} trials")
 
 
 def _of_full_length(results: Sequence[Result]) -> Check:
@@ -131,11 +131,11 @@ def _of_full_length(results: Sequence[Result]) -> Check:
     return Check("length", steps == TRIAL_STEPS, told)
 
 
-def _of_these_goals(results: Sequence[Result], goal_set: GoalSet) -> Check:
+def _of_these_goals(results: Sequence[Result], goals: str) -> Check:
     found = sorted({result.setting.goals_sha256 for result in results})
-    passed = found == [goal_set.sha256]
+    passed = found == [goals]
     told = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
-    return Check("goals", passed, told if passed else f"{told}, not {goal_set.sha256[:12]}")
+    return Check("goals", passed, told if passed else f"{told}, not {goals[:12]}")
 
 
 def markdown(verdict: Verdict) -> str:
@@ -167,11 +167,24 @@ def markdown(verdict: Verdict) -> str:
 
 def junit(verdict: Verdict) -> JUnitXml:
     """The checks as test cases that CI systems show."""
+    properties = {"score": f"{verdict.summary.mean:.6f}"}
+    return _cases(verdict.setting.controller, verdict.checks, properties)
+
+
+def failure(told: str) -> tuple[str, JUnitXml]:
+    """Markdown and test cases for a controller that could not be tested to the end."""
+    line = quoted(told, longest=2000)
+    page = f"## Not tested to the end\n\n{line}\n"
+    return page, _cases("controller", [Check("runs", False, line)], {})
+
+
+def _cases(name: str, checks: Sequence[Check], properties: Mapping[str, str]) -> JUnitXml:
     from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
-    suite = TestSuite(f"realbench {verdict.setting.controller}")
-    suite.add_property("score", f"{verdict.summary.mean:.6f}")
-    for check in verdict.checks:
+    suite = TestSuite(f"realbench {name}")
+    for key, value in properties.items():
+        suite.add_property(key, value)
+    for check in checks:
         case = TestCase(check.name, classname="realbench.score")
         case.system_out = check.told
         if not check.passed:

@@ -5,19 +5,11 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from real_bench.errors import ResultError
-from real_bench.goal_sets import GoalSet
-from real_bench.scoring.verdict import judge, junit, markdown
-from real_bench.simulation import Scene
-from tests.cli.shell import tiny_goals
+from real_bench.scoring.verdict import failure, judge, junit, markdown
 from tests.scoring.bench import made
 
 FAR = made([0.3] * 20)
 NEAR = made([0.05] * 20)
-
-
-@pytest.fixture(scope="session")
-def tiny_goal_set(builtin_scene: Scene) -> GoalSet:
-    return tiny_goals(builtin_scene)
 
 
 @pytest.mark.parametrize(
@@ -41,26 +33,28 @@ def test_an_unfinished_result_fails() -> None:
     assert verdict.checks[0].told == "2 of 3 trials"
 
 
-def test_a_part_of_the_goals_is_enough_where_that_is_said(tiny_goal_set: GoalSet) -> None:
+def test_a_part_of_the_goals_is_enough_where_that_is_said() -> None:
     """The first goals are the easy ones: a result that leaves out the others must not pass."""
-    sha256, n_goals = tiny_goal_set.sha256, len(tiny_goal_set)
-    whole = made([0.1] * n_goals, goals_sha256=sha256)
-    part = made([0.1], goals_sha256=sha256)
-    assert judge([whole], goal_set=tiny_goal_set).passed
+    known = {"sizes": {"5" * 64: 3}}
+    whole, part = (made([0.1] * n, goals_sha256="5" * 64) for n in (3, 1))
+    assert judge([whole], **known).passed
     assert judge([part]).passed  # nobody knows that there are more
-    verdict = judge([part], goal_set=tiny_goal_set)
+    verdict = judge([part], **known)
     assert [check.name for check in verdict.checks if not check.passed] == ["complete"]
-    assert verdict.checks[0].told == f"1 of {n_goals} trials"
-    assert judge([part], goal_set=tiny_goal_set, n_goals=1).passed
-    assert judge([whole], goal_set=tiny_goal_set, n_goals=1).passed
-    assert not judge([whole, made([0.1], 1, goals_sha256=sha256)][1:], n_goals=2).passed
+    assert verdict.checks[0].told == "1 of 3 trials"
+    assert judge([part], n_goals=1, **known).passed
+    assert judge([whole], n_goals=1, **known).checks[0].told == "1 of 1 trials"
+    assert not judge([part], n_goals=2, **known).passed
+    other = made([0.1], goals_sha256="6" * 64)  # is believed, and vouches for nobody else
+    assert not judge([part, other], **known).passed
 
 
-def test_longer_trials_and_other_goals_fail(tiny_goal_set: GoalSet) -> None:
+def test_longer_trials_and_other_goals_fail() -> None:
     longer = judge([made([0.1], trial_steps=20_000)])
     assert [check.name for check in longer.checks if not check.passed] == ["length"]
-    others = judge([made([0.1] * len(tiny_goal_set))], goal_set=tiny_goal_set)
+    others = judge([made([0.1])], goals="5" * 64)
     assert [check.name for check in others.checks if not check.passed] == ["goals"]
+    assert judge([made([0.1], goals_sha256="5" * 64)], goals="5" * 64).passed
 
 
 def test_results_of_different_tests_are_refused() -> None:
@@ -82,3 +76,16 @@ def test_both_reports_say_what_failed() -> None:
         "not worse than the baseline",
     }
     assert cases["complete"] is None
+
+
+@pytest.mark.parametrize("field", ["controller", "scene", "condition"])
+def test_no_name_can_command_a_terminal(field: str) -> None:
+    with pytest.raises(ValueError, match="letters that can be printed"):
+        made([0.1], **{field: "\x1b]0;title\x07"})
+
+
+def test_a_controller_that_fails_is_told_in_both_reports() -> None:
+    page, cases = failure("controller mine.py:\x1b failed")
+    assert "controller mine.py:? failed" in page
+    (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
+    assert case.find("failure") is not None
