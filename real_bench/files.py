@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import stat
 import subprocess
 import tempfile
 from collections.abc import Iterator
@@ -79,10 +80,11 @@ def own_folder(prefix: str) -> Iterator[Path]:
     """
     place = Path(tempfile.gettempdir()).resolve()
     for left in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
-        if left.is_symlink() or left.stat().st_uid != os.getuid():
-            continue
-        with suppress(OutputError), write_lock(left):  # refused where it is still in use
-            _remove(left)
+        with suppress(OSError, OutputError):
+            found = left.lstat()
+            if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
+                with write_lock(left):  # refused where it is still in use
+                    _remove(left)
     folder = place / f"{prefix}{uuid4().hex}"
     with write_lock(folder):
         try:

@@ -47,6 +47,8 @@ class AppendOnlyFile:
         self._visible = path.resolve()  # a link to a recording stays a link
         self._hidden = self._visible.with_name(f".{self._visible.name}.part")
         self._spare = self._visible.with_name(f".{self._visible.name}.spare")
+        self._before = self._visible.with_name(f".{self._visible.name}.before")
+        self._is_empty = False  # whether it was begun here, and holds no action yet
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
         self._in_doubt = False  # whether an append was interrupted, perhaps after it was done
         self._held = ExitStack()  # let go of in reverse: first the hidden files, then the lock
@@ -55,11 +57,20 @@ class AppendOnlyFile:
         except OutputError as error:
             raise RecordingError(str(error)) from error
         self._held.callback(self._discard_copies)
+        self._held.callback(self._undo_if_empty)
         self._discard_copies()
+        if self._before.exists():  # of a process that was killed
+            self._is_empty = self._n_transitions() == 0
+            self._undo_if_empty()
 
     def create(self, header: Header, command_size: int, camera: Camera) -> None:
-        """Begin an empty recording in place of whatever was there."""
+        """Begin an empty recording in place of whatever was there.
+
+        That comes back where this one is closed without an action in it.
+        """
         with self._all_or_nothing():
+            self._is_empty = True
+            self._put_aside()
             self._hidden.touch()
             self._reserve(0)
             with h5py.File(self._hidden, "w", **FREE_SPACE) as file:
@@ -82,10 +93,37 @@ class AppendOnlyFile:
                 os.fsync(written.fileno())
             self._behind = batch if self._swap() else None
             self._in_doubt = False
+            if self._is_empty and len(batch.transitions):
+                self._is_empty = False
+                self._before.unlink(missing_ok=True)
 
     def close(self) -> None:
         """Remove the hidden files and let others write."""
         self._held.close()
+
+    def _put_aside(self) -> None:
+        """Give what was there a second name."""
+        if self._visible.exists():
+            try:
+                os.link(self._visible, self._before)
+            except OSError:  # the file system has no hard links
+                self._visible.replace(self._before)
+
+    def _undo_if_empty(self) -> None:
+        if self._is_empty:
+            if self._before.exists():
+                self._before.replace(self._visible)
+            else:
+                self._visible.unlink(missing_ok=True)
+        self._is_empty = False
+        self._before.unlink(missing_ok=True)  # left where both names are of one file, too
+
+    def _n_transitions(self) -> int:
+        try:
+            with h5py.File(self._visible, "r") as file:
+                return len(file["transitions"])
+        except FileNotFoundError:
+            return 0
 
     def _has_steps_of(self, batch: Batch) -> bool:
         """Whether the rows of an append that was interrupted are in the visible file."""

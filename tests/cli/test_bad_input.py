@@ -9,7 +9,7 @@ import pytest
 
 from real_bench.goal_sets import save_goal_set
 from real_bench.simulation import Scene
-from tests.cli.shell import realbench, tiny_goals
+from tests.cli.shell import realbench, tiny_goals, write_controller
 
 PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM")
 TEST = ("extrinsic", "--scene", "builtin", "--condition", "OM", "--controller", "real_r")
@@ -161,3 +161,16 @@ def test_a_controller_that_fails_keeps_what_was_recorded(
     inspected = realbench(tmp_path, "inspect", "run.h5", "--json").stdout
     assert '"steps": 1000' in inspected
     assert not list(tmp_path.glob(".*"))
+
+
+def test_a_controller_that_fails_at_once_costs_no_recording(tmp_path: Path) -> None:
+    write_controller(tmp_path / "typo.py", "def next_action(self, observation): return self.randm")
+    play = ["--condition", "OM", "--scene", "builtin", "--steps", "2000"]
+    assert (
+        "randm" in realbench(tmp_path, "intrinsic", "--controller", "typo.py", *play, code=1).stderr
+    )
+    assert not (tmp_path / "run.h5").exists()
+    realbench(tmp_path, "intrinsic", "--controller", "real_r", *play)
+    kept = (tmp_path / "run.h5").read_bytes()
+    realbench(tmp_path, "intrinsic", "--controller", "typo.py", *play, "--overwrite", code=1)
+    assert (tmp_path / "run.h5").read_bytes() == kept

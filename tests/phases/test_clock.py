@@ -86,6 +86,7 @@ def test_a_play_is_the_same_and_can_be_resumed(tmp_path: Path, clock: Clock) -> 
     process = started(realbench(*told, "shifted.h5", eager=True), tmp_path, clock)
     wait_for(process, lambda: recorded_steps(tmp_path / "shifted.h5") >= 3000)
     clock.set("-1d")
+    assert process.poll() is None  # or nothing would be shown
     ended_well(process)
     assert transitions(tmp_path / "shifted.h5") == transitions(tmp_path / "as-ever.h5")
 
@@ -111,6 +112,7 @@ def test_a_test_is_the_same(
     process = started(realbench(*told, out, eager=True), tmp_path, clock)
     wait_for(process, lambda: out.exists() and bool(load_result(out).trials))
     clock.set("-1d")
+    assert process.poll() is None  # or nothing would be shown
     ended_well(process)
     shifted, as_ever = load_result(out), load_result(tmp_path / "as-ever.json")
     assert shifted.trials == as_ever.trials

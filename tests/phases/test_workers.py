@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import pickle
+import select
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from real_bench.files import own_folder
+from real_bench.phases.workers import _do, _Here
 from tests.recording.bench import PATIENCE_S
 
 DIES_AT_ONCE = """
@@ -80,3 +83,40 @@ def test_who_tidies_up_does_not_disturb_who_begins(tmp_path: Path) -> None:
     processes = [subprocess.Popen(told, env=environment) for _ in range(4)]
     assert [process.wait(PATIENCE_S) for process in processes] == [0] * 4
     assert list(tmp_path.iterdir()) == []
+
+
+def test_little_goes_through_the_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """So little that it arrives at once or not at all, whenever a worker is killed."""
+    monkeypatch.setattr(_Here, "folder", tmp_path, raising=False)
+    monkeypatch.setattr(_Here, "worker", bytes)
+    done = _do(5_000_000)
+    assert len(pickle.dumps(done)) < select.PIPE_BUF
+    assert pickle.loads(done.read_bytes()) == bytes(5_000_000)
+
+
+@pytest.mark.parametrize("trap", ["deep", "closed"])
+def test_a_folder_goes_whatever_a_stranger_put_into_it(tmp_path: Path, trap: str) -> None:
+    traps = {
+        "deep": "for _ in range(1500): os.mkdir('d'); os.chdir('d')",
+        "closed": "os.makedirs('d/e'); os.chmod('d', 0)",
+    }
+    told = (
+        "import os\n"
+        "from real_bench.files import own_folder\n"
+        "with own_folder('mine-') as folder:\n"
+        "    os.chdir(folder)\n"
+        f"    {traps[trap]}\n"
+    )
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", told], env=environment, check=True)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_only_our_own_folders_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    notes = tmp_path / "mine-notes"
+    notes.mkdir()
+    (tmp_path / f"mine-{'0' * 32}").symlink_to(notes)
+    with own_folder("mine-"):
+        pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"mine-{'0' * 32}", "mine-notes"]

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import os
 import re
 import resource
 import signal
@@ -81,7 +82,7 @@ def test_rows_are_the_same_however_they_are_cut_into_batches(
     file = AppendOnlyFile(path)
     file.create(header, 4, scene.manifest.camera)
     for first, last in zip([0, *bounds], [*bounds, N_ACTIONS], strict=True):
-        if data.draw(st.booleans(), label="another process goes on"):
+        if first and data.draw(st.booleans(), label="another process goes on"):
             file.close()
             file = AppendOnlyFile(path)
         file.append(batch_of(cut_path, first, last))
@@ -91,6 +92,57 @@ def test_rows_are_the_same_however_they_are_cut_into_batches(
     file.close()
     assert same_rows(path, cut_path)
     assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("killed", [True, False])
+def test_what_was_there_comes_back_until_there_is_an_action(
+    cut_path: Path,
+    scene: Scene,
+    header: Header,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    killed: bool,
+    links: bool,
+) -> None:
+    if not links:
+        monkeypatch.setattr(os, "link", refuse)
+    path = tmp_path / "run.h5"
+    path.write_bytes(cut_path.read_bytes())
+    file = AppendOnlyFile(path)
+    file.create(header, 4, scene.manifest.camera)
+    with Recording(path) as recording:
+        assert len(recording.transitions) == 0
+    if killed:  # what a process that dies does not do
+        file._is_empty = False
+        file._before.replace(tmp_path / "kept")
+        file.close()
+        (tmp_path / "kept").replace(file._before)
+        file = AppendOnlyFile(path)
+    file.close()
+    assert path.read_bytes() == cut_path.read_bytes()
+    assert list(tmp_path.iterdir()) == [path]
+
+    file = AppendOnlyFile(path)
+    file.create(header, 4, scene.manifest.camera)
+    file.append(batch_of(cut_path, 0, 1))
+    file.close()
+    assert list(tmp_path.iterdir()) == [path]
+    with Recording(path) as recording:
+        assert len(recording.transitions) == 1
+
+
+def refuse(*names: object) -> None:
+    raise OSError("no links here")
+
+
+def test_a_recording_without_an_action_leaves_nothing(
+    scene: Scene, header: Header, tmp_path: Path
+) -> None:
+    file = AppendOnlyFile(tmp_path / "run.h5")
+    file.create(header, 4, scene.manifest.camera)
+    file.close()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_state_that_is_written_again_and_again_takes_its_room_once(

@@ -20,14 +20,14 @@ import numpy as np
 import pytest
 
 from real_bench.errors import ControllerError, RecordingError, SceneError
+from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.recording import Recording
 from real_bench.recording.schema import STATE, TRANSITION
 from real_bench.settings import read_settings
 from real_bench.simulation import load_scene
 from real_bench.simulation.scene import read_manifest
-from tests.cli.shell import COMMAND
-from tests.isolation.conftest import Play
-from tests.scoring.bench import made
+from tests.cli.shell import COMMAND, TOUCHES, realbench, write_controller
+from tests.isolation.conftest import Face, Play
 
 pytestmark = pytest.mark.attacks
 
@@ -375,20 +375,46 @@ def test_the_excerpt_of_a_run_hides_what_it_must(play: Play, tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("command", ["report", "figures", "score", "compare", "verify"])
-def test_a_result_that_names_code(tmp_path: Path, command: str) -> None:
+@pytest.mark.parametrize("named", ["evil.py", "evil:Evil"])
+def test_a_result_that_names_code(
+    face_goals: Face, goals: GoalSet, tmp_path: Path, command: str, named: str
+) -> None:
     """No command that only reads a result runs what is named in it."""
-    (tmp_path / "evil.py").write_text(
-        "from pathlib import Path\nPath(__file__).with_name('touched').touch()\n"
+    write_controller(tmp_path / "evil.py", *TOUCHES)
+    honest = face_goals("real_r", trial_steps=10_000)
+    setting = honest.setting.model_copy(update={"controller": named})
+    honest.model_copy(update={"setting": setting}).save(tmp_path / "forged.json")
+    save_goal_set(goals, tmp_path / "goals.npy")
+    options = {
+        "compare": ["forged.json"],
+        "verify": ["--goals", "goals.npy"],
+        "score": ["--goals", "goals.npy"],
+    }
+    done = subprocess.run(
+        [str(COMMAND), command, "forged.json", *options.get(command, [])],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
     )
-    for number, named in enumerate([str(tmp_path / "evil.py"), "evil:Evil"]):
-        made([0.1, 0.2], number, controller=named).save(tmp_path / f"{number}.json")
-        files = [f"{number}.json"] * (2 if command == "compare" else 1)
-        subprocess.run(
-            [str(COMMAND), command, *files],
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": str(tmp_path)},
-            capture_output=True,
-            check=False,
-            timeout=300,
-        )
+    assert done.returncode == 0, done.stderr
+    assert not (tmp_path / "touched").exists()
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="needs PYTHONSAFEPATH")
+@pytest.mark.parametrize("command", ["score", "table"])
+def test_code_in_the_current_folder(tmp_path: Path, goals: GoalSet, command: str) -> None:
+    """Files that are named like Python's own modules, beside the submission."""
+    for name in ("pickle", "random", "runpy", "json", "logging", "numpy"):
+        (tmp_path / f"{name}.py").write_text("open('touched', 'w')\n")
+    save_goal_set(goals, tmp_path / "goals.npy")
+    (tmp_path / "mine.yaml").write_text(
+        "{scene: builtin, trial_steps: 1000, goals: {few: goals.npy}, "
+        "cells: [{controller: real_r, condition: OM, play: none}]}"
+    )
+    test = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin", "--jobs", "2"]
+    options = {"score": [*test, "--goals", "goals.npy"], "table": ["mine.yaml", "--isolate"]}
+    realbench(tmp_path, command, *options[command])
     assert not (tmp_path / "touched").exists()
