@@ -25,7 +25,7 @@ def test_the_controller_to_begin_with_plays(tmp_path: Path) -> None:
     assert command is not None
     arguments = command[1].replace("20000", "2000").split()
     realbench(tmp_path, *arguments, "--scene", "builtin")
-    assert '"triplets": 2' in realbench(tmp_path, "inspect", "run.h5", "--json").stdout
+    assert '"triplets": 2' in realbench(tmp_path, "inspect", "mine.h5", "--json").stdout
 
 
 def test_the_table_of_results_is_what_its_command_prints() -> None:

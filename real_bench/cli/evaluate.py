@@ -39,9 +39,10 @@ def evaluate(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Play and test in one process, with one and the same controller.
+    """Play and test in one process, with one controller, of which each trial gets a copy.
 
     For controllers that keep what they learn in themselves, as the official evaluation let them.
+    One that is to go on learning from trial to trial says so (learns_across_trials).
     A controller with get_state() and set_state() is better served by intrinsic and extrinsic.
     """
     from real_bench.files import check_output

@@ -15,8 +15,14 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.table import Column
 
 SECONDS_BETWEEN_LINES = 30.0
+
+
+def _cut(*, max_width: int | None = None, ratio: int | None = None) -> Column:
+    """A column whose text is cut where there is no room, so that numbers keep theirs."""
+    return Column(no_wrap=True, overflow="ellipsis", max_width=max_width, ratio=ratio)
 
 
 class ProgressDisplay:
@@ -33,14 +39,15 @@ class ProgressDisplay:
         self._console = Console(stderr=True)
         self._live = self._console.is_terminal
         self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
+            TextColumn("{task.description}", table_column=_cut(max_width=24)),
+            BarColumn(bar_width=10),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[note]}"),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(elapsed_when_finished=False),
+            TextColumn("{task.fields[note]}", table_column=_cut(ratio=1)),  # the room that is left
             console=self._console,
+            expand=True,
             disable=not self._live,
             transient=True,
         )

@@ -121,9 +121,17 @@ def by_goal(results: Sequence[Result]) -> GoalScores:
     """Scores of results, those on the same goal set as repeats.
 
     Raises:
-        ResultError: there is none, or goal sets do not have equally many results, or trials.
+        ResultError: there is none, or one of them twice, or goal sets do not have equally many
+            results, or trials.
     """
     sets: dict[str, list[Result]] = {}
+    tests = [
+        (each.setting.goals_sha256, each.setting.seed, each.setting.run_sha256) for each in results
+    ]
+    if len(set(tests)) < len(tests):
+        raise ResultError(
+            "two results are of the same test: repeats are of other seeds, or other recordings"
+        )
     for result in sorted(results, key=lambda each: each.setting.seed):
         sets.setdefault(result.setting.goals_sha256, []).append(result)
     if len({len(group) for group in sets.values()}) != 1:

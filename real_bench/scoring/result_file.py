@@ -63,6 +63,10 @@ def read_content(path: Path) -> Content:
         _sha256(content)  # whether all of it can be told again
     except FileNotFoundError as error:
         raise ResultError(f"the result {path} does not exist") from error
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise ResultError(
+            f"{path} cannot be read: it is no result, or damaged ({quoted(str(error), 200)})"
+        ) from error
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or quoted(str(error), 200)
         raise ResultError(f"{path} cannot be read: {reason}") from error

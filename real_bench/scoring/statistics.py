@@ -66,6 +66,8 @@ def stratified_mean_interval(
 ) -> Interval | None:
     """The 95% interval of a mean over goals, resampling the goals of each class.
 
+    Where a class has a single goal, which does not tell how its goals vary, all are one class.
+
     Args:
         values: (n_goals,).
         strata: class of each goal.
@@ -78,6 +80,8 @@ def stratified_mean_interval(
     if len(numbers) < 2:
         return None
     groups = [numbers[names == name] for name in dict.fromkeys(strata)]
+    if min(map(len, groups)) < 2:
+        groups = [numbers]
     shares = np.array([len(group) for group in groups]) / len(numbers)
 
     def mean(*resampled: Floats, axis: int = -1) -> Any:

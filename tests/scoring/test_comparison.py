@@ -83,6 +83,13 @@ def test_what_cannot_be_compared_is_refused(other: Result, told: str) -> None:
         compare([made([0.1, 0.2])], [other])
 
 
+def test_one_test_is_not_two_repeats() -> None:
+    with pytest.raises(ResultError, match="two results are of the same test"):
+        by_goal([made([0.1, 0.2]), made([0.1, 0.2])])
+    other = made([0.1, 0.2], run_sha256="8" * 64)  # the same seed of the test, another play
+    assert by_goal([made([0.1, 0.2]), other]).scores.shape == (2, 2)
+
+
 def test_repeats_must_be_complete() -> None:
     with pytest.raises(ResultError, match="equally many results"):
         by_goal([made([0.1]), made([0.2], seed=1), made([0.2], goals_sha256="7" * 64)])
