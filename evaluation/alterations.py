@@ -28,7 +28,10 @@ from real_bench.scoring.result_file import sealed
 from real_bench.verification import ResultVerification, TrialCheck, results
 from real_bench.verification.trials import TrialReplayer
 
-NOT_PROVED = ("controller", "controller_sha256", "run_sha256", "run_steps", "seed", "versions")
+NOT_PROVED = (
+    *("controller", "controller_sha256", "settings", "run_sha256", "run_steps"),
+    *("seed", "versions"),
+)
 """Fields of the setting that no replay proves; times are not proved either."""
 
 Place = tuple[Any, ...]
