@@ -77,6 +77,7 @@ def table(
     if wanted:
         with _own_folder(experiment):
             _draw_goals(experiment)
+            _check(experiment)
             work = Agenda(experiment, isolate=isolate).left(go_on=resume, overwrite=overwrite)
             if len(work):
                 failures = _make(work, _crew(experiment, jobs, scheduler))
@@ -110,6 +111,21 @@ def _draw_goals(spec: Spec) -> None:
     load_scene(spec.scene_source)  # whether it is installed
     for name in Agenda(spec).draw_goals():
         click.echo(f"drawing {name}", err=True)
+
+
+def _check(spec: Spec) -> None:
+    """Find out before any work is done whether controllers are there, and goals fit."""
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.isolation.view import view_of
+    from real_bench.simulation import load_scene
+
+    played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
+    for named in {*played, *(cell.controller for cell in spec.cells)}:
+        view_of(spec.controller(named))
+    scene = load_scene(spec.scene_source)
+    goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
+    for name, objects in sorted(goals):
+        load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
 
 
 def _crew(spec: Spec, jobs: int | None, scheduler: str | None) -> Crew:

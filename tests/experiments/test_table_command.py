@@ -106,6 +106,22 @@ def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: 
     assert (tmp_path / "touched").exists()
 
 
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py does not exist"),
+        ({"cells": [{"controller": "real_q", "condition": "OM"}]}, "unknown controller 'real_q'"),
+        ({"goals": {"few": "shipped"}}, "the goals were made in scene official"),
+    ],
+)
+def test_mistakes_are_told_before_any_work(
+    write_spec: WriteSpec, tmp_path: Path, changes: dict[str, Any], told: str
+) -> None:
+    done = realbench(tmp_path, "table", write_spec(**changes), code=1)
+    assert told in done.stderr
+    assert "to do" not in done.stderr
+
+
 def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
     from real_bench.files import write_lock
 
