@@ -283,10 +283,12 @@ def test_an_incomplete_result_passes_only_when_asked(honest: Path, goals_path: P
 
 
 def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
-    path = altered(honest, ("setting", "versions", "pybullet"), lambda _: "3.0.0\nby me")
-    verdict = verify(path, goals_path)
-    assert "pybullet was 3.0.0?by me, here it is" in verdict.notes[0]
+    place = ("setting", "versions", "pybullet")
+    verdict = verify(altered(honest, place, lambda _: "3.0.0 by me"), goals_path)
+    assert "pybullet was 3.0.0 by me, here it is" in verdict.notes[0]
     assert verdict.holds
+    with pytest.raises(ResultError, match="letters that can be printed"):
+        verify(altered(honest, place, lambda _: "3.0.0\nby me"), goals_path)
 
 
 def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
