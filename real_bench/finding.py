@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -86,6 +86,17 @@ def is_installed(spec: str) -> bool:
     return any(offer.name == spec for offer in entry_points(group=GROUP))
 
 
+def installed(name: str) -> EntryPoint:
+    """Where an installed controller is; raises ControllerError where there is none of that name."""
+    offers = {offer.name: offer for offer in entry_points(group=GROUP)}
+    if name not in offers:
+        raise ControllerError(
+            f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
+            "module:Class, or path/to/file.py[:Class]"
+        )
+    return offers[name]
+
+
 def shown_name(controller: str) -> str:
     """A controller's name as the paper writes it; of one in a file its class, or the file."""
     target, _, class_name = controller.partition(":")
@@ -134,14 +145,9 @@ def says_enough(error: BaseException, file: str | None) -> bool:
 
 
 def _load_named(name: str) -> type[Any]:
-    offers = {offer.name: offer for offer in entry_points(group=GROUP)}
-    if name not in offers:
-        raise ControllerError(
-            f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
-            "module:Class, or path/to/file.py[:Class]"
-        )
+    offer = installed(name)
     try:
-        loaded = offers[name].load()
+        loaded = offer.load()
     except (Exception, SystemExit) as error:
         raise ControllerError(f"controller {name} cannot be loaded: {blame(error)}") from error
     return _checked(loaded, name)

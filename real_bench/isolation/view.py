@@ -9,12 +9,11 @@ import sysconfig
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec
-from importlib.metadata import entry_points
 from pathlib import Path
 
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
-from real_bench.finding import GROUP, code_beside
+from real_bench.finding import code_beside, installed
 
 SYSTEM = (
     "/usr",
@@ -80,20 +79,10 @@ def view_of(spec: str) -> View:
         if not file.is_file():
             raise ControllerError(f"the controller file {target} does not exist")
         return View((file, *code_beside(file)), shared, hidden, _user_site())
-    module = target if class_name else _module_of(spec)
+    module = target if class_name else installed(spec).module
     place = _place_of(module, spec)
     elsewhere = () if _within(place, shared) else (place.parent,)
     return View((place,), shared, hidden, (*_user_site(), *elsewhere))
-
-
-def _module_of(name: str) -> str:
-    offers = {offer.name: offer for offer in entry_points(group=GROUP)}
-    if name not in offers:
-        raise ControllerError(
-            f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
-            "module:Class, or path/to/file.py[:Class]"
-        )
-    return offers[name].module
 
 
 def _place_of(module: str, spec: str) -> Path:

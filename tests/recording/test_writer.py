@@ -34,6 +34,13 @@ ENDLESS_STEPS = 15_000_000
 ENDLESS = realbench(*PLAY, "--steps", ENDLESS_STEPS, eager=True)
 
 
+def begun(path: Path, header: Header, scene: Scene) -> AppendOnlyFile:
+    """An empty recording."""
+    file = AppendOnlyFile(path)
+    file.create(header, 4, scene.manifest.camera)
+    return file
+
+
 def batch_of(path: Path, first: int, last: int, state: dict[str, Any] | None = None) -> Batch:
     """The rows of some actions of a recording, as they came to the writer."""
     with Recording(path) as recording, h5py.File(path) as file:
@@ -79,8 +86,7 @@ def test_rows_are_the_same_however_they_are_cut_into_batches(
     data: st.DataObject,
 ) -> None:
     path = tmp_path_factory.mktemp("batches") / "run.h5"
-    file = AppendOnlyFile(path)
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(path, header, scene)
     for first, last in zip([0, *bounds], [*bounds, N_ACTIONS], strict=True):
         if first and data.draw(st.booleans(), label="another process goes on"):
             file.close()
@@ -109,8 +115,7 @@ def test_what_was_there_comes_back_until_there_is_an_action(
         monkeypatch.setattr(os, "link", refuse)
     path = tmp_path / "run.h5"
     path.write_bytes(cut_path.read_bytes())
-    file = AppendOnlyFile(path)
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(path, header, scene)
     with Recording(path) as recording:
         assert len(recording.transitions) == 0
     if killed:  # what a process that dies does not do
@@ -123,8 +128,7 @@ def test_what_was_there_comes_back_until_there_is_an_action(
     assert path.read_bytes() == cut_path.read_bytes()
     assert list(tmp_path.iterdir()) == [path]
 
-    file = AppendOnlyFile(path)
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(path, header, scene)
     file.append(batch_of(cut_path, 0, 1))
     file.close()
     assert list(tmp_path.iterdir()) == [path]
@@ -139,8 +143,7 @@ def refuse(*names: object) -> None:
 def test_a_recording_without_an_action_leaves_nothing(
     scene: Scene, header: Header, tmp_path: Path
 ) -> None:
-    file = AppendOnlyFile(tmp_path / "run.h5")
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(tmp_path / "run.h5", header, scene)
     file.close()
     assert list(tmp_path.iterdir()) == []
 
@@ -161,8 +164,7 @@ def test_many_writes_take_hardly_more_room_than_one(
 ) -> None:
     sizes = []
     for name, n_writes in (("once", 1), ("often", N_ACTIONS)):
-        file = AppendOnlyFile(tmp_path / name)
-        file.create(header, 4, scene.manifest.camera)
+        file = begun(tmp_path / name, header, scene)
         bounds = np.linspace(0, N_ACTIONS, n_writes + 1).astype(int).tolist()
         for first, last in itertools.pairwise(bounds):
             file.append(batch_of(cut_path, first, last))
@@ -191,8 +193,7 @@ def ctrl_c_interrupts() -> Iterator[None]:
 def test_an_interrupted_write_can_be_made_again(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
-    file = AppendOnlyFile(tmp_path / "run.h5")
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(tmp_path / "run.h5", header, scene)
     file.append(batch_of(cut_path, 0, 2))
     with pytest.raises(KeyboardInterrupt):
         file.append(batch_of(cut_path, 2, N_ACTIONS, CtrlC()))
@@ -246,8 +247,7 @@ def test_a_copy_that_is_being_made_does_not_change(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     """A reader without HDF5's lock: cp, rsync, a hash."""
-    file = AppendOnlyFile(tmp_path / "run.h5")
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(tmp_path / "run.h5", header, scene)
     file.append(batch_of(cut_path, 0, 1))
     with file.path.open("rb") as raw:
         content = content_hash(raw)
@@ -259,8 +259,7 @@ def test_a_copy_that_is_being_made_does_not_change(
 def test_a_reader_in_the_same_process_does_not_disturb(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
-    file = AppendOnlyFile(tmp_path / "run.h5")
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(tmp_path / "run.h5", header, scene)
     file.append(batch_of(cut_path, 0, 1))
     with Recording(file.path):
         for k in range(1, N_ACTIONS):
@@ -271,8 +270,7 @@ def test_a_reader_in_the_same_process_does_not_disturb(
 def test_a_file_that_is_removed_before_there_is_a_copy_is_told(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
-    file = AppendOnlyFile(tmp_path / "run.h5")
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(tmp_path / "run.h5", header, scene)
     file.path.unlink()
     with pytest.raises(RecordingError, match="was removed while it was being recorded"):
         file.append(batch_of(cut_path, 0, 1))
@@ -281,8 +279,7 @@ def test_a_file_that_is_removed_before_there_is_a_copy_is_told(
 def test_a_file_that_is_removed_later_is_whole_again(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
-    file = AppendOnlyFile(tmp_path / "run.h5")
-    file.create(header, 4, scene.manifest.camera)
+    file = begun(tmp_path / "run.h5", header, scene)
     file.append(batch_of(cut_path, 0, 1))
     for k in range(1, N_ACTIONS):
         if k == N_ACTIONS // 2:
