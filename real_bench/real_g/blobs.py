@@ -1,0 +1,116 @@
+"""Patches of an image that show things, and what they look like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SHADES = 6
+"""Levels of each colour that are told apart."""
+
+N_COLOURS = SHADES**3
+
+FEWEST_PIXELS = 6
+"""A smaller patch has no shape."""
+
+NEIGHBOURHOOD = 5
+"""Side of the square of pixels that decide together whose part they are."""
+
+
+@dataclass(frozen=True)
+class Blob:
+    """A patch.
+
+    Attributes:
+        place: column and row of its middle, (2,) pixels.
+        size: how many pixels it has.
+        axis: the direction of its longer axis, radians from the columns' direction to the rows',
+            within half a turn.
+        stretch: how many times longer than broad it is.
+        colours: which share of it has each colour, (N_COLOURS,).
+    """
+
+    place: Array
+    size: int
+    axis: float
+    stretch: float
+    colours: Array
+
+
+def find_blobs(image: NDArray[np.uint8], marked: NDArray[np.bool_]) -> list[Blob]:
+    """The connected patches of marked pixels, the largest first.
+
+    Args:
+        image: (height, width, 3).
+        marked: (height, width).
+    """
+    n, labels, boxes, _ = cv2.connectedComponentsWithStats(
+        marked.astype(np.uint8), connectivity=8
+    )
+    blobs = []
+    for label in range(1, n):
+        left, top, width, height, size = boxes[label].tolist()
+        if size >= FEWEST_PIXELS:
+            window = (slice(top, top + height), slice(left, left + width))
+            blobs.append(_blob(image[window], labels[window] == label, left, top))
+    return sorted(blobs, key=lambda blob: -blob.size)
+
+
+def split_blobs(
+    image: NDArray[np.uint8], marked: NDArray[np.bool_], looks: Array
+) -> list[Blob | None]:
+    """For each look the largest patch in which it is the likeliest; things that touch are parted.
+
+    Args:
+        image: (height, width, 3).
+        marked: (height, width).
+        looks: for each thing how likely a pixel of it has each colour, (k, N_COLOURS).
+
+    Returns:
+        k patches; None where a look is nowhere the likeliest.
+    """
+    rows, columns = np.flatnonzero(marked.any(axis=1)), np.flatnonzero(marked.any(axis=0))
+    if not len(rows):
+        return [None] * len(looks)
+    top, left = int(rows[0]), int(columns[0])
+    window = (slice(top, int(rows[-1]) + 1), slice(left, int(columns[-1]) + 1))
+    image, marked = image[window], marked[window]
+    support = np.log(looks)[:, colours_of(image)] * marked
+    side = (NEIGHBOURHOOD, NEIGHBOURHOOD)
+    blurred = np.array([cv2.boxFilter(part, -1, side, normalize=False) for part in support])
+    whose = np.where(marked, blurred.argmax(axis=0), -1)
+    found: list[Blob | None] = []
+    for k in range(len(looks)):
+        blobs = find_blobs(image, whose == k)
+        found.append(_shifted(blobs[0], left, top) if blobs else None)
+    return found
+
+
+def colours_of(pixels: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """The number of each pixel's colour, (..., 3) to (...)."""
+    levels = pixels.astype(np.intp) * SHADES // 256
+    return np.asarray((levels[..., 0] * SHADES + levels[..., 1]) * SHADES + levels[..., 2])
+
+
+def _blob(image: NDArray[np.uint8], inside: NDArray[np.bool_], left: int, top: int) -> Blob:
+    rows, columns = np.nonzero(inside)
+    points = np.column_stack([columns, rows]).astype(np.float64)
+    place = points.mean(axis=0)
+    spread, axes = np.linalg.eigh(np.cov(points.T) + np.eye(2) / 12)  # a pixel has a width, too
+    counts = np.bincount(colours_of(image[rows, columns]), minlength=N_COLOURS)
+    return Blob(
+        place=place + (left, top),
+        size=len(points),
+        axis=float(np.arctan2(axes[1, 1], axes[0, 1]) % np.pi),
+        stretch=float(np.sqrt(spread[1] / spread[0])),
+        colours=counts / len(points),
+    )
+
+
+def _shifted(blob: Blob, left: int, top: int) -> Blob:
+    return Blob(blob.place + (left, top), blob.size, blob.axis, blob.stretch, blob.colours)

@@ -1,0 +1,116 @@
+"""What can be moved: all that differs from what stays, learned from a run's own images.
+
+The background is the median of images that differ much from each other: where things lay at many
+different places, each place was empty most of the time. How much each pixel flickers by itself is
+learned from the same images.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.errors import RealBenchError
+
+Image = NDArray[np.uint8]
+
+MOST_KEPT = 64
+"""Images of which the background is the median."""
+
+SMALL = (80, 60)
+"""Width and height at which images are compared to decide which are kept."""
+
+FAINT = 12
+"""A difference of fewer grey levels in each colour is none: that much is lost on any camera."""
+
+class Foreground:
+    """Tells what can be moved from what stays.
+
+    An image is kept where it differs from every kept one by at least half as many pixels as two
+    of them usually do. When there are too many, each that ever was worth keeping is among the kept
+    ones with the same chance. So a thing that nobody has moved yet is background until it is moved.
+
+    Args:
+        random: for which images are kept.
+    """
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self._random = random
+        self._kept: list[Image] = []
+        self._small: list[NDArray[np.int16]] = []
+        self._last: NDArray[np.int16] | None = None
+        self._n_worth = 0
+        self._usual = 0.0
+        self._background: NDArray[np.int16] | None = None
+        self._flicker: NDArray[np.int16] | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether a background has been learned."""
+        return self._background is not None
+
+    def add(self, image: Image) -> bool:
+        """Look at the next image, (height, width, 3); returns whether anything has changed."""
+        small = cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA).astype(np.int16)
+        if self._last is not None and _changed(small, self._last) == 0:
+            return False
+        self._last = small
+        distances = [_changed(small, other) for other in self._small]
+        if not distances or min(distances) > self._usual / 2:
+            nth = len(distances) + 1
+            self._usual += (float(np.median(distances or [0])) - self._usual) / nth
+            self._keep(image, small)
+        return True
+
+    def learn(self) -> bool:
+        """Learn the background anew; returns whether it is another one than before."""
+        kept = np.array(self._kept)
+        middle = len(kept) // 2
+        background = np.partition(kept, middle, axis=0)[middle].astype(np.int16)
+        differences = np.array([_strongest(image - background) for image in self._kept])
+        usual = np.partition(differences, middle, axis=0)[middle]
+        before, self._background = self._background, background
+        self._flicker = np.maximum(2 * usual, FAINT).astype(np.int16)
+        return before is None or _changed(before, background) > 0
+
+    def marked(self, image: Image) -> NDArray[np.bool_]:
+        """Which pixels show what can be moved, (height, width); raises RealBenchError."""
+        if self._background is None or self._flicker is None:
+            raise RealBenchError("no background has been learned yet")
+        return np.asarray(_strongest(image - self._background) > self._flicker)
+
+    def _keep(self, image: Image, small: NDArray[np.int16]) -> None:
+        self._n_worth += 1
+        if len(self._kept) < MOST_KEPT:
+            self._kept.append(image.copy())
+            self._small.append(small)
+            return
+        place = int(self._random.integers(self._n_worth))
+        if place < MOST_KEPT:
+            self._kept[place], self._small[place] = image.copy(), small
+
+
+    def get_state(self) -> dict[str, Any]:
+        """The background and how much it flickers, as arrays."""
+        if self._background is None or self._flicker is None:
+            return {}
+        return {"background": self._background.astype(np.uint8), "flicker": self._flicker}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Know this background, with no image kept."""
+        if state:
+            self._background = np.asarray(state["background"], np.int16)
+            self._flicker = np.asarray(state["flicker"], np.int16)
+
+
+def _changed(one: NDArray[np.int16], other: NDArray[np.int16]) -> int:
+    return int(np.count_nonzero(_strongest(one - other) > FAINT))
+
+
+def _strongest(difference: NDArray[np.int16]) -> NDArray[np.int16]:
+    """The largest difference of the three colours, (height, width)."""
+    return np.asarray(np.abs(difference).max(axis=2))

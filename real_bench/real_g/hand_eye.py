@@ -1,0 +1,310 @@
+"""Where in reach of the hand a thing is that is seen at some place of the image.
+
+Learned by contingency, from what the robot did and saw: things move where its hand has passed, and
+what it took along lies where the hand ended. Nothing is told of the camera. The map is the one
+that makes what was seen most likely: a thing moves if the hand's path comes near it, with a reach
+and a blur that are learned as well, as is how much less a hand touches that passes higher up; and
+of the things that moved, a learned share ends near the path's end, or at a learned distance ahead.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from real_bench.errors import RealBenchError
+
+Array = NDArray[np.float64]
+
+TURNS = 8
+"""How many turns of the image, each also mirrored, a fit begins with."""
+
+MOST_SAMPLES = 3000
+"""Fits take no more than so many samples, drawn evenly."""
+
+FEWEST_MOVED = 13
+"""As many as the fit has parameters."""
+
+SEARCH_SAMPLES = 400
+"""It searches from everywhere with no more than so many, half of them of things that moved."""
+
+PRICE = 1.5
+"""How much better than by chance a map must explain what was seen, as a share of what its numbers
+cost by the Bayesian information criterion; at 1 some of the earliest maps are wrong."""
+
+POINTS = 24
+"""A path is taken as so many points."""
+
+TINY = 1e-9
+
+
+@dataclass(frozen=True)
+class Contingencies:
+    """What the hand did and a thing was seen to do, n times.
+
+    Attributes:
+        before, after: where it was seen, (n, 2), in any units of the image.
+        paths: points along the hand's path, (n, k, 2) or with height (n, k, 3), metres.
+        moved: whether it moved, (n,) bool.
+    """
+
+    before: Array
+    after: Array
+    paths: Array
+    moved: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        n = len(self.before)
+        if (
+            self.before.shape != (n, 2)
+            or self.after.shape != (n, 2)
+            or self.moved.shape != (n,)
+            or self.paths.ndim != 3
+            or len(self.paths) != n
+            or self.paths.shape[2] not in (2, 3)
+        ):
+            raise RealBenchError(
+                "contingencies need before and after (n, 2), paths (n, k, 2 or 3), moved (n,), "
+                f"not {self.before.shape}, {self.after.shape}, {self.paths.shape}, "
+                f"{self.moved.shape}"
+            )
+
+    def __len__(self) -> int:
+        return len(self.moved)
+
+    def part(self, rows: NDArray[Any]) -> Contingencies:
+        """Some of them."""
+        return Contingencies(
+            self.before[rows], self.after[rows], self.paths[rows], self.moved[rows]
+        )
+
+
+class HandEye:
+    """An affine map from places in the image to x, y in the hand's coordinates.
+
+    Args:
+        low, high: the range of x, y that can be commanded, (2,) metres each.
+    """
+
+    def __init__(self, low: Array, high: Array) -> None:
+        self._centre, self._half = (low + high) / 2, float(np.max(high - low)) / 2
+        self._map: Array | None = None
+        self._evidence = 0.0
+        self._n_searched = 0
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is a map that explains more than chance does."""
+        return self._map is not None
+
+    @property
+    def evidence(self) -> float:
+        """By how many nats the map explains what moved better than no map does."""
+        return self._evidence
+
+    @property
+    def scale(self) -> float:
+        """How many metres a unit of the image is; NaN while no map is known."""
+        return np.nan if self._map is None else float(abs(np.linalg.det(self._map[1:])) ** 0.5)
+
+    def xy(self, places: Array) -> Array:
+        """Metres, (..., 2), of places in the image, (..., 2); NaN while no map is known."""
+        if self._map is None:
+            return np.full(np.shape(places), np.nan)
+        return np.asarray(places @ self._map[1:] + self._map[0])
+
+    def fit(self, seen: Contingencies, random: np.random.Generator) -> bool:
+        """Learn anew from all that was seen; returns whether a map is known now.
+
+        Args:
+            seen: things and what the hand did, in any order.
+            random: for which of them are taken, where they are too many.
+        """
+        n = len(seen)
+        if n > MOST_SAMPLES:
+            seen = seen.part(random.choice(n, MOST_SAMPLES, replace=False))
+        if seen.moved.all() or seen.moved.sum() < FEWEST_MOVED:
+            return self.is_known
+        problem = _Problem(seen, self._centre, self._half)
+        starts = []
+        if self._map is None or n >= 2 * self._n_searched:
+            self._n_searched = n
+            starts = problem.search(random)
+        if self._map is not None:
+            starts.append(problem.start_at(self._map))
+        cost, best = min((problem.solved(start, 300) for start in starts), key=lambda s: s[0])
+        self._evidence = problem.chance - cost
+        self._map = problem.metres(best) if self._evidence > problem.price else None
+        return self.is_known
+
+    def get_state(self) -> dict[str, Any]:
+        """The map, as plain values."""
+        known = np.zeros((0, 2)) if self._map is None else self._map
+        return {"map": known, "evidence": self._evidence}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with a map."""
+        known = np.asarray(state["map"], np.float64)
+        self._map = known if len(known) else None
+        self._evidence = float(state["evidence"])
+
+
+class _Problem:
+    """Minus the log likelihood of what was seen, in coordinates of about unit size.
+
+    The parameters, 13: map (3, 2); of touch: reach, log of 1 / blur, height's weight, lapses; of
+    ends: share, log of spread, distance ahead.
+    """
+
+    def __init__(self, seen: Contingencies, centre: Array, half: float) -> None:
+        self._mean = seen.before.mean(axis=0)
+        self._spread = max(float(seen.before.std(axis=0).max()), TINY)
+        self._centre, self._half = centre, half
+        places = (seen.before - self._mean) / self._spread
+        self._moved = seen.moved
+        self._before = np.column_stack([np.ones(len(places)), places])
+        points = (seen.paths[:, :, :2] - centre) / half
+        self._x, self._y = points[:, :, 0].copy(), points[:, :, 1].copy()
+        self._height = np.zeros(points.shape[:2])
+        if seen.paths.shape[2] == 3:
+            heights = seen.paths[:, :, 2]
+            self._height = (heights - heights.min()) / max(float(np.ptp(heights)), TINY)
+        after = (seen.after[seen.moved] - self._mean) / self._spread
+        self._after = np.column_stack([np.ones(len(after)), after])
+        self._elsewhere = _cauchy(after - places[seen.moved])
+        self._end = points[seen.moved, -1]
+        way = self._end - points[seen.moved, 0]
+        self._ahead = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), TINY)
+        n, k = len(seen), int(seen.moved.sum())
+        self.chance = -_xlogx(k, n) - _xlogx(n - k, n) - float(np.log(self._elsewhere).sum())
+        self.price = PRICE * 13 / 2 * np.log(max(n, 2))
+
+    def search(self, random: np.random.Generator) -> list[Array]:
+        """Where to begin: the best from every turn of the image, and mirrored, by few samples."""
+        few = self._thinned(random)
+        rough = []
+        for turn in np.arange(TURNS) * 2 * np.pi / TURNS:
+            c, s = np.cos(turn), np.sin(turn)
+            for mirror in (1.0, -1.0):
+                linear = 0.4 * np.array([[c, s], [-s * mirror, c * mirror]])
+                rough.append(few.solved(self._start(np.vstack([np.zeros(2), linear])), 40))
+        return [x for _, x in sorted(rough, key=lambda found: found[0])[:3]]
+
+    def start_at(self, known: Array) -> Array:
+        """From a map in metres."""
+        offset = (known[0] + self._mean @ known[1:] - self._centre) / self._half
+        return self._start(np.vstack([offset, known[1:] * self._spread / self._half]))
+
+    def metres(self, parameters: Array) -> Array:
+        """The map of parameters, from the image's units to metres, (3, 2)."""
+        scaled = parameters[:6].reshape(3, 2)
+        linear = scaled[1:] * self._half / self._spread
+        return np.vstack([scaled[0] * self._half + self._centre - self._mean @ linear, linear])
+
+    def solved(self, start: Array, iterations: int) -> tuple[float, Array]:
+        """The least cost from a start on, and where it is."""
+        within = (-3.0, 3.0)  # what was touched is in reach
+        bounds = [within] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, 0), (-0.5, 0.5)]
+        options = {"maxiter": iterations}
+        found = minimize(
+            self.cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options
+        )
+        return float(found.fun), np.asarray(found.x)
+
+    def cost(self, parameters: Array) -> tuple[float, Array]:
+        """Minus the log likelihood, and its gradient."""
+        touch, by_touch = self._touch(parameters)
+        ends, by_ends = self._ends(parameters)
+        return touch + ends, by_touch + by_ends
+
+    def _thinned(self, random: np.random.Generator) -> _Problem:
+        """With few samples, as many that moved as not."""
+        few = copy.copy(self)
+        both = np.flatnonzero(self._moved), np.flatnonzero(~self._moved)
+        part = [random.permutation(rows)[: SEARCH_SAMPLES // 2] for rows in both]
+        rows = np.sort(np.concatenate(part))
+        few._before, few._moved = self._before[rows], self._moved[rows]
+        few._x, few._y, few._height = self._x[rows], self._y[rows], self._height[rows]
+        kept = np.isin(both[0], rows)
+        few._after, few._end = self._after[kept], self._end[kept]
+        few._ahead, few._elsewhere = self._ahead[kept], self._elsewhere[kept]
+        return few
+
+    def _start(self, scaled: Array) -> Array:
+        return np.concatenate([np.ravel(scaled), [3.0, 3.0, 3.0, -3.0, 0.0, -2.0, 0.0]])
+
+    def _touch(self, parameters: Array) -> tuple[float, Array]:
+        scaled = parameters[:6].reshape(3, 2)
+        reach, sharpness, weight, lapses = parameters[6], np.exp(parameters[7]), *parameters[8:10]
+        x, y = _times(self._before, scaled).T
+        dx, dy = x[:, None] - self._x, y[:, None] - self._y
+        distance = np.sqrt(dx * dx + dy * dy + 1e-6)
+        logits = reach - sharpness * distance - weight * self._height
+        row, nearest = np.arange(len(logits)), logits.argmax(axis=1)
+        logit, distance = logits[row, nearest], distance[row, nearest]
+        offset = np.column_stack([dx[row, nearest], dy[row, nearest]])
+        height = self._height[row, nearest]
+        lapse = 1 / (1 + np.exp(-lapses))
+        touched = 1 / (1 + np.exp(-np.clip(logit, -50, 50)))
+        p = lapse + (1 - 2 * lapse) * touched
+        likely = np.where(self._moved, p, 1 - p) + TINY
+        by_p = np.where(self._moved, -1.0, 1.0) / likely
+        by_logit = by_p * (1 - 2 * lapse) * touched * (1 - touched)
+        by_place = (-sharpness * by_logit / distance)[:, None] * offset
+        gradient = np.zeros(13)
+        gradient[:6] = np.ravel(_times(self._before.T, by_place))
+        gradient[6] = by_logit.sum()
+        gradient[7] = -(by_logit * sharpness * distance).sum()
+        gradient[8] = -(by_logit * height).sum()
+        gradient[9] = (by_p * (1 - 2 * touched)).sum() * lapse * (1 - lapse)
+        return -float(np.log(likely).sum()), gradient
+
+    def _ends(self, parameters: Array) -> tuple[float, Array]:
+        """A share ends near the end of the path, the rest not far from where it began."""
+        scaled, (logit, spread, ahead) = parameters[:6].reshape(3, 2), parameters[10:]
+        share, variance = 1 / (1 + np.exp(-logit)), np.exp(2 * spread)
+        offset = _times(self._after, scaled) - self._end - ahead * self._ahead
+        squared = (offset**2).sum(axis=1)
+        area = abs(scaled[1, 0] * scaled[2, 1] - scaled[1, 1] * scaled[2, 0]) + TINY
+        near = area * np.exp(-np.minimum(squared / (2 * variance), 700)) / (2 * np.pi * variance)
+        likely = share * near + (1 - share) * self._elsewhere + TINY
+        responsible = share * near / likely
+        by_offset = (responsible / variance)[:, None] * offset
+        gradient = np.zeros(13)
+        gradient[:6] = np.ravel(_times(self._after.T, by_offset))
+        inverse = np.linalg.pinv(scaled[1:])
+        gradient[2:6] -= responsible.sum() * np.ravel(inverse.T)
+        gradient[10] = -((near - self._elsewhere) / likely).sum() * share * (1 - share)
+        gradient[11] = -(responsible * (squared / variance - 2)).sum()
+        gradient[12] = -(by_offset * self._ahead).sum()
+        return -float(np.log(likely).sum()), gradient
+
+
+def _cauchy(ways: Array) -> Array:
+    """How likely each of (n, 2) ways is, if half of all are shorter than their median, (n,)."""
+    lengths = np.linalg.norm(ways, axis=1)
+    usual = max(float(np.median(lengths)) / np.sqrt(3), TINY) if len(lengths) else 1.0
+    return np.asarray(usual / (2 * np.pi * (usual**2 + lengths**2) ** 1.5))
+
+
+def _times(one: Array, other: Array) -> Array:
+    """Their product; for a few columns, threads only cost time."""
+    return np.asarray(np.einsum("ij,jk->ik", one, other))
+
+
+def along(corners: Array, n: int = POINTS) -> Array:
+    """Points on the straight way from corner to corner, (k, 2 or 3) to (n, 2 or 3)."""
+    lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+    at = np.concatenate([[0.0], np.cumsum(lengths)])
+    wanted = np.linspace(0, at[-1], n)
+    return np.column_stack([np.interp(wanted, at, column) for column in corners.T])
+
+
+def _xlogx(k: int, n: int) -> float:
+    return k * float(np.log(k / n)) if k else 0.0

@@ -1,0 +1,234 @@
+"""Where things are, from images: rows of the same kind as positions, learned from play."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.real_g.blobs import Blob, find_blobs, split_blobs
+from real_bench.real_g.foreground import Foreground
+from real_bench.real_g.ground import Ground
+from real_bench.real_g.hand_eye import Contingencies, HandEye, along
+from real_bench.real_g.looks import Looks
+
+Array = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+FIRST_LESSON = 4
+"""Images with a change after which it learns for the first time."""
+
+GROWTH = 1.25
+"""It learns anew when there are so many times more of them than at the last lesson."""
+
+IMAGE_SIZE = (320, 240)
+"""Width and height of a retina."""
+
+MOVED_PIXELS = 1.0
+"""Nothing is said to have moved by less; the middle of a patch is told more finely than that."""
+
+
+class ImageObjects:
+    """Sees things where they are: (x, y, z) in metres of what can be commanded.
+
+    It is shown the images of a play in their order and told what the hand does between them. Now
+    and then it learns anew, from all of them: what is background, which things there are, and
+    where in reach of the hand is what is seen. The rows of former images change with it.
+
+    What it learns depends only on the seed, the images, the paths, and the ground, which is the
+    one thing that no recording has and therefore part of its state.
+
+    Args:
+        low, high: the range of x, y that can be commanded, (2,) metres each.
+    """
+
+    def __init__(self, low: Array, high: Array) -> None:
+        self._low, self._high = np.asarray(low, np.float64), np.asarray(high, np.float64)
+        self.seed(0)
+
+    def seed(self, seed: int) -> None:
+        """Begin with an empty memory."""
+        self._seed = seed
+        self._foreground = Foreground(np.random.default_rng(seed))
+        self._looks = Looks()
+        self._ground = Ground()
+        self._hand_eye = HandEye(self._low, self._high)
+        self._pictures: list[NDArray[np.uint8]] = []  # distinct ones, packed
+        self._blobs: list[list[Blob]] = []
+        self._places = np.zeros((0, 0, 2))  # of things in these, pixels
+        self._moments: list[int] = []  # which of them was seen when
+        self._paths: dict[int, Array] = {}  # by the moment that each began at
+        self._next_lesson = FIRST_LESSON
+        self._n_lessons = 0
+
+    @property
+    def n_lessons(self) -> int:
+        """How often it has learned anew; rows change when this does."""
+        return self._n_lessons
+
+    @property
+    def n_objects(self) -> int:
+        """How many things it knows; 0 before it has learned where anything is."""
+        return len(self._looks) if self._hand_eye.is_known else 0
+
+    def see(self, image: Image | None, depth: NDArray[Any] | None = None) -> None:
+        """Look at the next moment of the play, and learn if there is enough that is new.
+
+        Args:
+            image: (240, 320, 3) uint8; None while the arm is in the way.
+            depth: (240, 320) at the same moment, where it is at hand.
+        """
+        if image is not None and depth is not None:
+            self._ground.add(depth)
+        self.remember(image)
+        if len(self._pictures) >= self._next_lesson:
+            self.learn()
+
+    def act(self, path: Array) -> None:
+        """From the last moment on the hand goes from corner to corner of a path.
+
+        Args:
+            path: (k, 2) or with height (k, 3) metres.
+        """
+        self._paths[len(self._moments) - 1] = along(np.asarray(path, np.float64))
+
+    def forget(self) -> None:
+        """Begin with an empty memory, on the ground that is known."""
+        ground = self._ground
+        self.seed(self._seed)
+        self._ground = ground
+
+    def remember(self, image: Image | None) -> None:
+        """The next moment of a play, without learning from it; as in :meth:`see`."""
+        if image is not None and self._foreground.add(image):
+            self._pictures.append(_packed(image))
+            if self._foreground.is_known:
+                blobs, places = self._find(image)
+                self._blobs.append(blobs)
+                self._places = np.concatenate([self._places, places[None]])
+        self._moments.append(len(self._pictures) - 1)
+
+    def learn(self) -> None:
+        """Learn anew from all that is remembered; nothing where too little has changed."""
+        if len(self._pictures) < FIRST_LESSON:
+            return
+        self._n_lessons += 1
+        self._next_lesson = int(np.ceil(GROWTH * len(self._pictures)))
+        if self._foreground.learn():
+            self._blobs = [self._blobs_in(_unpacked(packed)) for packed in self._pictures]
+        self._looks.learn(self._blobs)
+        self._places = np.array([self._sorted(n) for n in range(len(self._blobs))])
+        if len(self._looks) and any(moment + 1 < len(self._moments) for moment in self._paths):
+            self._hand_eye.fit(self._contingencies(), np.random.default_rng(self._seed))
+
+    def rows(self, first: int = 0) -> Array:
+        """x, y, z of each thing at each moment from the first one on, (k, n_objects, 3) metres.
+
+        A thing that is not seen is where it was seen last; NaN before it was seen at all.
+        """
+        if self.n_objects == 0:
+            return np.zeros((len(self._moments) - first, 0, 3))
+        begin = first
+        while begin > 0 and np.isnan(self._places_at(slice(begin, begin + 1))).any():
+            begin -= 1
+        rows = self._rows(self._places_at(slice(begin, None)))
+        for thing in range(rows.shape[1]):
+            seen = ~np.isnan(rows[:, thing, 0])
+            last = np.maximum.accumulate(np.where(seen, np.arange(len(rows)), -1))
+            rows[last >= 0, thing] = rows[last[last >= 0], thing]
+        return rows[first - begin :]
+
+    def look(self, image: Image) -> Array:
+        """x, y, z of each thing in any image, (n_objects, 3) metres; NaN where it is not seen."""
+        if self.n_objects == 0:
+            return np.zeros((0, 3))
+        return self._rows(self._find(image)[1])
+
+    def get_state(self) -> dict[str, Any]:
+        """The seed and what it has learned; not its memory, which is in the recording."""
+        return {
+            "seed": self._seed,
+            "foreground": self._foreground.get_state(),
+            "looks": self._looks.get_state(),
+            "ground": self._ground.get_state(),
+            "hand_eye": self._hand_eye.get_state(),
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Know what was learned, with an empty memory."""
+        self.seed(state["seed"])
+        self._foreground.set_state(state["foreground"])
+        self._looks.set_state(state["looks"])
+        self._ground.set_state(state["ground"])
+        self._hand_eye.set_state(state["hand_eye"])
+
+    def _contingencies(self) -> Contingencies:
+        """Of every thing that was seen before and after what the hand did."""
+        starts = np.array([m for m in self._paths if m + 1 < len(self._moments)], np.intp)
+        paths = np.array([self._paths[moment] for moment in starts])
+        places = self._places_at(slice(None))
+        before, after = places[starts], places[starts + 1]
+        action, thing = np.nonzero(~np.isnan(before + after).any(axis=2))
+        before, after = before[action, thing], after[action, thing]
+        moved = np.linalg.norm(after - before, axis=1) > MOVED_PIXELS
+        return Contingencies(self._seen(before), self._seen(after), paths[action], moved)
+
+    def _find(self, image: Image) -> tuple[list[Blob], Array]:
+        """The blobs in an image, and where each thing is, (k, 2) pixels."""
+        blobs = self._blobs_in(image)
+        return blobs, self._places_of(blobs, image)
+
+    def _sorted(self, number: int) -> Array:
+        """Where each thing is in a distinct image, by the blobs that were found in it."""
+        blobs = self._blobs[number]
+        image = _unpacked(self._pictures[number]) if self._looks.may_hide(blobs) else None
+        return self._places_of(blobs, image)
+
+    def _places_at(self, moments: slice) -> Array:
+        """Where each thing was seen at some moments, (n, k, 2) pixels; NaN where it was not."""
+        numbers = np.array(self._moments[moments], np.intp)
+        if not len(self._places):
+            return np.full((len(numbers), len(self._looks), 2), np.nan)
+        return np.where(numbers[:, None, None] < 0, np.nan, self._places[numbers])
+
+    def _places_of(self, blobs: list[Blob], image: Image | None) -> Array:
+        things = self._looks.sort(blobs)
+        if image is not None and self._looks.may_hide(blobs):
+            marked = self._foreground.marked(image)
+            parts = split_blobs(image, marked, self._looks.likelihoods)
+            things = [
+                part if part is not None and self._looks.is_whole(k, part) else None
+                for k, part in enumerate(parts)
+            ]
+        nowhere = np.full(2, np.nan)
+        places = [nowhere if thing is None else thing.place for thing in things]
+        return np.array(places).reshape(-1, 2)
+
+    def _blobs_in(self, image: Image) -> list[Blob]:
+        return find_blobs(image, self._foreground.marked(image))
+
+    def _seen(self, places: Array) -> Array:
+        """Places as if the ground were everywhere as far from the camera, (..., 2).
+
+        The farther something is, the more metres a pixel is of it.
+        """
+        centre = np.array([IMAGE_SIZE]) / 2
+        return np.asarray((places - centre) * self._ground.distance(places)[..., None])
+
+    def _rows(self, places: Array) -> Array:
+        """x, y, z of places, (..., 2) pixels to (..., 3)."""
+        xy = self._hand_eye.xy(self._seen(places))
+        z = -self._hand_eye.scale * IMAGE_SIZE[0] / 2 * self._ground.distance(places)
+        return np.concatenate([xy, np.where(np.isnan(xy[..., :1]), np.nan, z[..., None])], axis=-1)
+
+
+def _packed(image: Image) -> NDArray[np.uint8]:
+    packed = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1]
+    return np.asarray(packed, np.uint8)
+
+
+def _unpacked(packed: NDArray[np.uint8]) -> Image:
+    return np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8)

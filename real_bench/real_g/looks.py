@@ -1,0 +1,111 @@
+"""Which thing is which: how many there are and what each looks like, learned from blobs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from real_bench.real_g.blobs import N_COLOURS, Blob
+
+Array = NDArray[np.float64]
+
+ROUNDS = 20
+"""More rounds of sorting blobs and learning looks change nothing."""
+
+RARE = 0.02
+"""A look has so large a share of colours that were never seen on it."""
+
+PART = 0.25
+"""A blob of less than this part of the usual size is no thing, but noise."""
+
+
+class Looks:
+    """Tells things apart by their colours, in an order of its own that stays.
+
+    That there are as many things as blobs are seen most often is all it takes from the images it
+    learns from; in those it sorts blobs to things, one to one, so that they look alike.
+    """
+
+    def __init__(self) -> None:
+        self._colours = np.zeros((0, N_COLOURS))
+        self._sizes = np.zeros(0)
+
+    def __len__(self) -> int:
+        return len(self._colours)
+
+    @property
+    def likelihoods(self) -> Array:
+        """How likely a pixel of each thing has each colour, (k, N_COLOURS), never 0."""
+        return (1 - RARE) * self._colours + RARE / N_COLOURS
+
+    def learn(self, images: Sequence[Sequence[Blob]]) -> None:
+        """Learn anew from the blobs of images; does nothing where there are none."""
+        largest = [blobs[0].size for blobs in images if blobs]
+        if not largest:
+            return
+        fewest = PART * float(np.median(largest))
+        seen = [[blob for blob in blobs if blob.size >= fewest] for blobs in images]
+        counts = np.bincount([len(blobs) for blobs in seen if blobs])
+        n = int(counts.argmax())
+        whole = [blobs for blobs in seen if len(blobs) == n]
+        colours = np.array([[blob.colours for blob in blobs] for blobs in whole])
+        sizes = np.array([[blob.size for blob in blobs] for blobs in whole], np.float64)
+        centres = self._colours if len(self) == n else colours[-1]
+        order = np.zeros((0, n), np.intp)
+        for _ in range(ROUNDS):
+            before = order
+            order = np.array([_sorted(_misfits(row, centres)) for row in colours])
+            centres = np.take_along_axis(colours, order[:, :, None], 1).mean(axis=0)
+            if np.array_equal(before, order):
+                break
+        if len(self) != n:  # by no chance of the first image: the redder the earlier
+            rank = np.lexsort(centres.T)
+            centres, order = centres[rank], order[:, rank]
+        self._colours = centres
+        self._sizes = np.median(np.take_along_axis(sizes, order, 1), axis=0)
+
+    def sort(self, blobs: Sequence[Blob]) -> list[Blob | None]:
+        """The blob of each thing; None where too few are seen, or merged."""
+        large = [blob for blob in blobs if blob.size >= PART * self._sizes.min(initial=np.inf)]
+        found: list[Blob | None] = [None] * len(self)
+        if large:
+            misfits = _misfits(np.array([blob.colours for blob in large]), self.likelihoods)
+            for thing, blob in zip(*linear_sum_assignment(misfits.T), strict=True):
+                found[int(thing)] = large[int(blob)]
+        return found
+
+    def is_whole(self, thing: int, blob: Blob) -> bool:
+        """Whether a blob is large enough to be that thing."""
+        return blob.size >= PART * float(self._sizes[thing])
+
+    def may_hide(self, blobs: Sequence[Blob]) -> bool:
+        """Whether things may be merged: there are fewer blobs than things."""
+        fewest = PART * self._sizes.min(initial=np.inf)
+        return 0 < sum(blob.size >= fewest for blob in blobs) < len(self)
+
+    def get_state(self) -> dict[str, Any]:
+        """What things look like, as arrays."""
+        return {"colours": self._colours, "sizes": self._sizes}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with these looks."""
+        self._colours = np.asarray(state["colours"], np.float64)
+        self._sizes = np.asarray(state["sizes"], np.float64)
+
+
+def _misfits(colours: Array, looks: Array) -> Array:
+    """How little each of n colourings is like each of k looks, (n, k)."""
+    likely = (1 - RARE) * looks + RARE / N_COLOURS
+    return -np.asarray(colours @ np.log(likely).T)
+
+
+def _sorted(misfits: Array) -> NDArray[np.intp]:
+    """For each look the row that it fits, one to one."""
+    rows, columns = linear_sum_assignment(misfits)
+    order = np.empty(len(rows), np.intp)
+    order[columns] = rows
+    return order
