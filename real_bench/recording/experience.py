@@ -29,7 +29,7 @@ class Experience:
 
     Attributes:
         path, condition, n_steps: as given, so that it can be told elsewhere.
-        sees_objects: whether there are positions.
+        sees_objects: whether there are positions and orientations.
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
         n_states: how many states there are.
@@ -69,6 +69,14 @@ class Experience:
     def positions_after(self) -> NDArray[np.float64]:
         """Objects' positions after each action, (n, n_objects, 3) metres; needs O."""
         return self._positions(self._outcomes)
+
+    def orientations_before(self) -> NDArray[np.float64]:
+        """Objects' quaternions (x, y, z, w) before each action, (n, n_objects, 4); needs O."""
+        return self._seen_poses()[self._preconditions, :, 3:]
+
+    def orientations_after(self) -> NDArray[np.float64]:
+        """Objects' quaternions (x, y, z, w) after each action, (n, n_objects, 4); needs O."""
+        return self._seen_poses()[self._outcomes, :, 3:]
 
     def image_before(self, index: int) -> NDArray[np.uint8]:
         """The image before an action, (height, width, 3) uint8; raises RecordingError."""
@@ -120,9 +128,12 @@ class Experience:
             return recording.commands()
 
     def _positions(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        return self._seen_poses()[rows, :, :3]
+
+    def _seen_poses(self) -> NDArray[np.float64]:
         if self._poses is None:
             raise RecordingError("in image conditions an experience has no positions")
-        return self._poses[rows, :, :3]
+        return self._poses
 
     def _image(self, row: int) -> NDArray[np.uint8]:
         with Recording(self.path) as recording:

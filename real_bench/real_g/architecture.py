@@ -1,0 +1,217 @@
+"""REAL-G: plays with goals of its own, learns what its actions do to objects, and plans by that."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from real_bench.actions import Action
+from real_bench.controller import Controller, State
+from real_bench.errors import ControllerError
+from real_bench.explanation import Explanation
+from real_bench.lengths import TRIAL_STEPS
+from real_bench.real_g.hand import deed_of
+from real_bench.real_g.perception import Perception
+from real_bench.real_g.planner import Choice, Planner
+from real_bench.real_g.play import Play, PlaySettings
+from real_bench.real_g.skill import Skill
+from real_bench.recording import Experience
+from real_bench.settings import Settings
+
+Array = NDArray[np.float64]
+
+
+class PlannerSettings(Settings):
+    """Settings of the planner.
+
+    Attributes:
+        samples: actions that are thought of for an object in each round.
+        rounds: how often the best of them are varied.
+    """
+
+    samples: int = Field(1000, ge=20)
+    rounds: int = Field(3, ge=1)
+
+
+class RealG(Controller):
+    """Plays, learns and plans; which perception it has, is said by a subclass.
+
+    Args:
+        action_space, observation_space: of the condition.
+        perception: where objects are.
+        play: how it plays.
+        planner: how it plans.
+    """
+
+    def __init__(
+        self,
+        action_space: Any,
+        observation_space: Any,
+        perception: Perception,
+        play: PlaySettings,
+        planner: PlannerSettings,
+    ) -> None:
+        super().__init__(action_space, observation_space)
+        self._deed = deed_of(action_space)
+        self._perception, self._play_settings, self._planner = perception, play, planner
+        self._left: int | None = None  # actions that a trial has left; None: at play
+        self._decision: tuple[int, Choice] | None = None
+        self._over = False  # play is, and all was learned
+        self.seed(0)
+
+    def seed(self, seed: int) -> None:
+        """Begin the random sequence of this seed; what was learned stays."""
+        self._random = np.random.default_rng(seed)
+        if not self._over:
+            self._perception.seed(seed)
+            self._begin(seed)
+
+    def get_state(self) -> State:
+        """Where in its random sequence it is, and what it learned when play was over."""
+        return {
+            "random": self._random.bit_generator.state,
+            "seed": self._seed,
+            "perception": self._perception.get_state(),
+            "lesson": self._play.lesson if self._over else None,
+            "skills": [skill.get_state() for skill in self._play.skills] if self._over else [],
+        }
+
+    def set_state(self, state: State) -> None:
+        """Go on from there."""
+        self._begin(state["seed"])
+        self._random.bit_generator.state = state["random"]
+        self._perception.set_state(state["perception"])
+        if state["lesson"] is not None:
+            self._play.recover(state["skills"], state["lesson"])
+            self._over = True
+
+    def resume_intrinsic_phase(self, experience: Experience) -> None:
+        """Remember what was done before the cut, and learn what was learned by then."""
+        self._recall(experience)
+        if due := self._play.due(len(self._outcomes)):
+            self._learn(due)
+
+    def use_experience(self, experience: Experience) -> None:
+        """Learn from all of it, if that is not done yet."""
+        if self._over and self._play.lesson == len(experience):
+            return
+        self._recall(experience)
+        self._learn(len(self._outcomes), last=True)
+        self._over = True
+
+    def start_extrinsic_phase(self) -> None:
+        """The tests begin; raises ControllerError where it has learned nothing."""
+        if not self._over:
+            raise ControllerError("it plans with what it learned at play: give it a --run")
+
+    def start_extrinsic_trial(self) -> None:
+        """All of a trial's actions are left."""
+        self._left = TRIAL_STEPS // self._deed.steps
+
+    def next_action(self, observation: Mapping[str, Any]) -> Action:
+        """At play: what an object may follow. In a trial: what brings objects nearest to goals."""
+        if self._left is None:
+            return self._explore(observation)
+        self._left = max(0, self._left - 1)
+        self._decision = self._best(observation, self._left)
+        if self._decision is None or self._decision[1].gain <= 0:
+            return self._deed.rest()
+        return self._deed.action(self._decision[1].numbers)
+
+    def explain(self) -> Explanation | None:
+        """Why it chose the last action."""
+        if self._decision is None:
+            return None
+        number, choice = self._decision
+        facts = {
+            "object": number,
+            "distance": choice.now,
+            "expected_at_last": choice.expected,
+            "expected_end": choice.end.tolist(),
+            "numbers": choice.numbers.tolist(),
+        }
+        told = f"{choice.now:.3f} m from its goal, {choice.expected:.3f} expected at last"
+        if choice.gain <= 0:
+            return Explanation(f"nothing improves: rests; object {number} is {told}", facts)
+        return Explanation(f"object {number}: {told}", facts, (self._deed.action(choice.numbers),))
+
+    def _best(self, observation: Mapping[str, Any], left: int) -> tuple[int, Choice] | None:
+        """The object and the action by which most is gained."""
+        rows, goals = self._perception.now(observation), self._perception.goal(observation)
+        choices = [
+            (number, self._choose(skill, row, goal, left))
+            for number, (skill, row, goal) in enumerate(
+                zip(self._play.skills, rows, goals, strict=False)
+            )
+            if skill.learned and np.isfinite(row).all() and np.isfinite(goal).all()
+        ]
+        return max(choices, key=lambda choice: choice[1].gain, default=None)
+
+    def _choose(self, skill: Skill, row: Array, goal: Array, left: int) -> Choice:
+        planner = Planner(skill.relation, skill.model, self._planner.samples, self._planner.rounds)
+        return planner.choose(
+            row, goal, left, lambda ends: skill.think(row, ends, self._random), self._random
+        )
+
+    def _explore(self, observation: Mapping[str, Any]) -> Action:
+        self._see(observation)
+        n = len(self._outcomes)
+        if self._play.due(n) > self._play.lesson:
+            self._learn(self._play.due(n))
+        rows = self._perception.rows(self._n_seen - 1)
+        numbers = self._play.next_numbers(rows[0], self._random)
+        self._numbers.append(numbers)
+        self._preconditions.append(self._n_seen - 1)
+        self._perception.act(self._deed.path(numbers))
+        return self._deed.action(numbers)
+
+    def _see(self, observation: Mapping[str, Any]) -> None:
+        self._perception.see(observation)
+        self._n_seen += 1
+        if len(self._preconditions) > len(self._outcomes):  # it acted: this is what came of it
+            self._outcomes.append(self._n_seen - 1)
+            self._watch(self._perception.rows(self._n_seen - 2), -1)
+
+    def _watch(self, rows: Array, action: int) -> None:
+        """Learn for its goals from an action; the rows are those of its two moments."""
+        self._play.watch(rows[0], rows[1], self._numbers[action])
+
+    def _learn(self, n: int, *, last: bool = False) -> None:
+        """Learn anew from the first n actions."""
+        rows = self._perception.rows()
+        before, after = self._preconditions[:n], self._outcomes[:n]
+        self._play.learn(rows[before], rows[after], np.array(self._numbers[:n]), last=last)
+
+    def _recall(self, experience: Experience) -> None:
+        """Remember all of a play, and have the goals that follow from it."""
+        self._begin(self._seed)
+        deed = self._deed
+        unknown = np.full(len(deed.low), np.nan)
+        for number in range(len(experience)):
+            numbers = deed.numbers(experience.action(number))
+            self._numbers.append(unknown if numbers is None else numbers)
+        self._preconditions = experience.preconditions.tolist()
+        self._outcomes = experience.outcomes.tolist()
+        self._n_seen = experience.n_states
+        self._perception.recall(experience, self._path_of)
+        rows = self._perception.rows()
+        for action, moments in enumerate(zip(self._preconditions, self._outcomes, strict=True)):
+            self._watch(rows[list(moments)], action)
+
+    def _path_of(self, action: Action) -> Array | None:
+        numbers = self._deed.numbers(action)
+        return None if numbers is None else self._deed.path(numbers)
+
+    def _begin(self, seed: int) -> None:
+        """Begin with an empty memory; the seed is of all that is learned."""
+        self._seed = seed
+        self._play = Play(self._deed, self._play_settings, seed)
+        self._numbers: list[Array] = []
+        self._preconditions: list[int] = []
+        self._outcomes: list[int] = []
+        self._n_seen = 0  # moments of the play
+        self._over = False

@@ -1,0 +1,63 @@
+"""Goals that the robot sets itself: where objects have been and a little beyond.
+
+(Forestier et al., Intrinsically Motivated Goal Exploration Processes.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+Array = NDArray[np.float64]
+
+
+class OwnGoals:
+    """Draws places of the plane, most often where it is getting better or has tried little.
+
+    The plane is cut in cells. How well each attempt at a cell went is told afterwards; a cell is
+    drawn by how much its later attempts differ from its earlier ones, and by how few it had.
+
+    Args:
+        low, high: of x and y, (2,) each.
+        cells: along each side.
+        memory: the latest attempts at a cell that count.
+    """
+
+    def __init__(self, low: Array, high: Array, cells: int = 8, memory: int = 20) -> None:
+        self._low, self._size = np.asarray(low), (np.asarray(high) - np.asarray(low)) / cells
+        self._cells, self._memory = cells, memory
+        self._been = np.zeros((cells, cells), bool)
+        self._attempts: dict[tuple[int, int], list[float]] = {}
+
+    def saw(self, places: Array) -> None:
+        """Objects have been at (n, 2) places."""
+        for x, y in self._cell(places):
+            self._been[x, y] = True
+
+    def tried(self, place: Array, success: float) -> None:
+        """An attempt at a place, (2,), went so well, 0 to 1."""
+        x, y = self._cell(np.asarray(place)[None])[0]
+        history = self._attempts.setdefault((int(x), int(y)), [])
+        history.append(success)
+        del history[: -self._memory]
+
+    def draw(self, random: np.random.Generator) -> Array:
+        """A place, (2,); anywhere while no object has been seen."""
+        reachable = binary_dilation(self._been, np.ones((3, 3))) if self._been.any() else None
+        cells = np.argwhere(np.ones_like(self._been) if reachable is None else reachable)
+        interest = np.array([self.interest(int(x), int(y)) for x, y in cells])
+        cell = cells[random.choice(len(cells), p=interest / interest.sum())]
+        return np.asarray(self._low + (cell + random.random(2)) * self._size)
+
+    def interest(self, x: int, y: int) -> float:
+        """How much a cell is worth a try: progress, and novelty."""
+        history = self._attempts.get((x, y), [])
+        n = len(history)
+        earlier, later = history[: n // 2], history[n // 2 :]
+        progress = abs(float(np.mean(later)) - float(np.mean(earlier))) if n > 1 else 0.0
+        return progress + 1 / np.sqrt(n + 1)
+
+    def _cell(self, places: Array) -> NDArray[np.int64]:
+        cells = np.floor((np.asarray(places) - self._low) / self._size).astype(np.int64)
+        return np.clip(cells, 0, self._cells - 1)

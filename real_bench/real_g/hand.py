@@ -1,0 +1,212 @@
+"""What the robot can do to an object with one action, and the numbers that say which.
+
+Two ways behind one face: a hand that reaches, grips, carries and lets go (condition C), and the
+paper's macro, a push (condition M). That an action has this form is what we tell the robot; all
+its numbers are free within the ranges that the action space declares.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.errors import RealBenchError
+
+Array = NDArray[np.float64]
+
+
+class Deed(Protocol):
+    """A form of action with P numbers, from a place to another one.
+
+    Attributes:
+        low, high: the range of each number, (P,).
+        start, end: which of them are x, y of the place where it begins and where it ends.
+        turn: which of them is the hand's turn about the vertical, radians; None where it has none.
+        leans: which of them are departures from upright, 0 being none.
+        steps: how many steps it lasts.
+    """
+
+    low: Array
+    high: Array
+    start: tuple[int, int]
+    end: tuple[int, int]
+    turn: int | None
+    leans: tuple[int, ...]
+    steps: int
+
+    def action(self, numbers: Array) -> Action:
+        """The action that P numbers say."""
+
+    def numbers(self, action: Action) -> Array | None:
+        """The P numbers of an action; None where it is not a whole action of this form."""
+
+    def path(self, numbers: Array) -> Array:
+        """Points that the hand passes near the objects, (k, 2) or with height (k, 3) metres."""
+
+    def rest(self) -> Action:
+        """Nothing, for as long."""
+
+
+class Push:
+    """The paper's macro: x1, y1, x2, y2.
+
+    Args:
+        action_space: of a condition with macros; a dict of boxes.
+    """
+
+    start, end = (0, 1), (2, 3)
+    turn: int | None = None
+    leans: tuple[int, ...] = ()
+
+    def __init__(self, action_space: Any) -> None:
+        box = action_space.spaces["macro_action"]
+        self.low, self.high = np.ravel(box.low), np.ravel(box.high)
+        self.steps = self.rest().duration
+
+    def action(self, numbers: Array) -> Action:
+        """The macro from the first point to the second."""
+        return Action.macro(numbers)
+
+    def numbers(self, action: Action) -> Array | None:
+        """The two points, (4,)."""
+        whole = action.duration == self.steps and not np.isnan(action.commands).any()
+        return action.commands[0].copy() if whole else None
+
+    def path(self, numbers: Array) -> Array:
+        """The two points, (2, 2)."""
+        return numbers.reshape(2, 2)
+
+    def rest(self) -> Action:
+        """No macro."""
+        return Action.rest(4)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A part of the hand's action: in how many poses, and for how many steps each is held."""
+
+    poses: int
+    steps: int
+
+
+MIDDLE, ABOVE, DOWN, GRIP = Stage(1, 50), Stage(2, 50), Stage(1, 100), Stage(1, 60)
+UP, CARRY, LOWER = Stage(3, 25), Stage(12, 25), Stage(4, 25)
+LET_GO, LEAVE, HOME = Stage(1, 60), Stage(1, 50), Stage(1, 105)
+STAGES = (MIDDLE, ABOVE, DOWN, GRIP, UP, CARRY, LOWER, LET_GO, LEAVE, HOME)
+"""A held pose makes the arm rush, so what may be in its grip is moved by many small ones."""
+
+MOST_LEAN = np.pi / 4
+
+
+class Hand:
+    """Reach, descend, grip, rise, carry along a line, lower, let go, leave, go home.
+
+    Its numbers, in order: x1, y1, turn, lean, z1, two of the gripper at first, two of it closing,
+    z2, x2, y2, lean, z3, two of it at the end. The fingers point down, turned about the vertical
+    and leaning forward, away from the robot; it comes by the middle of its space and leaves at
+    the greatest height that is allowed.
+
+    Args:
+        action_space: of a condition with cartesian commands; a dict of boxes.
+    """
+
+    start, end = (0, 1), (10, 11)
+    turn: int | None = 2
+    leans: tuple[int, ...] = (3, 12)
+    steps = sum(stage.poses * stage.steps for stage in STAGES)
+
+    def __init__(self, action_space: Any) -> None:
+        pose = action_space.spaces["cartesian_command"]
+        grip = action_space.spaces["gripper_command"]
+        self._middle = (np.asarray(pose.low[:3]) + np.asarray(pose.high[:3])) / 2
+        self._top = float(pose.high[2])
+
+        def joined(p: Array, g: Array, turn: float, lean: float) -> Array:
+            return np.array([*p[:2], turn, lean, p[2], *g, *g, p[2], *p[:2], lean, p[2], *g])
+
+        self.low = joined(pose.low, grip.low, np.pi / 2, 0.0)
+        self.high = joined(pose.high, grip.high, 3 * np.pi / 2, MOST_LEAN)
+
+    def action(self, numbers: Array) -> Action:
+        """The action that 16 numbers say; raises RealBenchError for another number of them."""
+        if np.shape(numbers) != self.low.shape:
+            raise RealBenchError(f"a hand's action has 16 numbers, not {np.shape(numbers)}")
+        x1, y1, turn, lean1, z1, *first = (float(number) for number in numbers[:7])
+        *closed, z2, x2, y2, lean2, z3 = (float(number) for number in numbers[7:14])
+        last = [float(number) for number in numbers[14:]]
+        top = self._top
+        stops = [  # x, y, z, lean, gripper
+            (MIDDLE, (*self._middle[:2], top, lean1, *first)),
+            (ABOVE, (x1, y1, top, lean1, *first)),
+            (DOWN, (x1, y1, z1, lean1, *first)),
+            (GRIP, (x1, y1, z1, lean1, *closed)),
+            (UP, (x1, y1, z2, lean1, *closed)),
+            (CARRY, (x2, y2, z2, lean2, *closed)),
+            (LOWER, (x2, y2, z3, lean2, *closed)),
+            (LET_GO, (x2, y2, z3, lean2, *last)),
+            (LEAVE, (x2, y2, top, lean2, *last)),
+        ]
+        rows, steps = [], []
+        before = np.array(stops[0][1])
+        for stage, stop in stops:
+            after = np.array(stop)
+            for part in np.arange(1, stage.poses + 1) / stage.poses:
+                at = before + (after - before) * part
+                at[4:] = after[4:]  # the gripper closes at once
+                rows.append([*at[:3], *pointing_down(turn, at[3]), *at[4:]])
+                steps.append(stage.steps)
+            before = after
+        rows.append([np.nan] * 9)
+        steps.append(HOME.steps)
+        return Action(np.array(rows), np.array(steps), np.zeros(len(rows), bool))
+
+    def numbers(self, action: Action) -> Array | None:
+        """The 16 numbers, (16,); None for a rest, or an action that was cut short."""
+        ends = np.cumsum([stage.poses for stage in STAGES]) - 1
+        if action.duration != self.steps or len(action.commands) != ends[-1] + 1:
+            return None
+        _, above, down, grip, up, carry, lower, let_go = action.commands[ends[:8]]
+        turn, lean1 = turn_and_lean(above[3:7])
+        _, lean2 = turn_and_lean(carry[3:7])
+        return np.array(
+            [*above[:2], turn, lean1, down[2], *down[7:], *grip[7:], up[2]]
+            + [*carry[:2], lean2, lower[2], *let_go[7:]]
+        )
+
+    def path(self, numbers: Array) -> Array:
+        """Where it grips, rises, is carried to and lets go, (4, 3)."""
+        (x1, y1), (x2, y2) = numbers[[0, 1]], numbers[[10, 11]]
+        z1, z2, z3 = numbers[[4, 9, 13]]
+        return np.array([[x1, y1, z1], [x1, y1, z2], [x2, y2, z2], [x2, y2, z3]])
+
+    def rest(self) -> Action:
+        """No command: go home and stay there."""
+        return Action.rest(9, self.steps)
+
+
+def pointing_down(turn: float, lean: float) -> tuple[float, float, float, float]:
+    """The quaternion of a hand that points down, turned about z, then leaning forward (about y)."""
+    s, c = np.sin(turn / 2), np.cos(turn / 2)
+    sl, cl = np.sin(-lean / 2), np.cos(-lean / 2)
+    return (-s * cl, c * cl, s * sl, -c * sl)
+
+
+def turn_and_lean(quaternion: Array) -> tuple[float, float]:
+    """What :func:`pointing_down` was given, the turn from 0 to a whole one."""
+    x, y, z, w = quaternion
+    turn = 2 * np.arctan2(-x, y)
+    lean = 2 * np.arctan2(np.hypot(z, w), np.hypot(x, y))
+    return float(turn % (2 * np.pi)), float(lean)
+
+
+def deed_of(action_space: Any) -> Deed:
+    """The form of action that a condition allows; raises RealBenchError where there is none."""
+    if "macro_action" in action_space.spaces:
+        return Push(action_space)
+    if "cartesian_command" in action_space.spaces:
+        return Hand(action_space)
+    raise RealBenchError("there is no form of action for joints: use a condition with M or C")

@@ -1,0 +1,117 @@
+"""Actions that went well, told from the object, so that they serve wherever it is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from real_bench.real_g.relation import Relation, turned
+
+Array = NDArray[np.float64]
+
+FARTHEST, NEAREST = 0.5, 0.005
+"""Variation in shares of a number's range: drawn between these, each order as often."""
+
+
+class DeedMemory:
+    """The best of what was done to an object, by the success of neighbours in action space.
+
+    A single lucky outcome says little; so the success of each action is smoothed over the actions
+    most like it.
+
+    Args:
+        relation: of actions to objects.
+        size: how many actions are kept for reuse.
+        neighbours: over how many success is smoothed.
+    """
+
+    def __init__(self, relation: Relation, size: int = 200, neighbours: int = 8) -> None:
+        self._relation, self._size, self._neighbours = relation, size, neighbours
+        deed = relation.deed
+        self._range = deed.high - deed.low
+        self.kept = np.empty((0, len(deed.low)))
+
+    def learn(self, rows: Array, numbers: Array, success: Array) -> None:
+        """Keep the best of n actions, with the object's rows (n, 3 or 7) before each."""
+        told = self.told(rows, numbers)
+        points = told / self._range
+        points[:, self._relation.deed.end] = 0  # where it goes is another matter
+        k = min(self._neighbours, len(points))
+        _, near = cKDTree(points).query(points, k)
+        smoothed = success[near.reshape(len(points), k)].mean(axis=1)
+        best = np.argsort(-smoothed, kind="stable")[: self._size]
+        self.kept = told[best]
+
+    def told(self, rows: Array, numbers: Array) -> Array:
+        """Actions' numbers with the start told from the object, in the hand's frame."""
+        told, start = numbers.copy(), self._relation.deed.start
+        angle = self._relation.angle(numbers)
+        told[:, start] = turned(numbers[:, start] - rows[:, :2], -angle)
+        return told
+
+    def varied(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
+        """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
+
+        Each number of each is varied or not; how far, is drawn anew for each action.
+        """
+        deed, n = self._relation.deed, len(ends)
+        told = self.kept[random.integers(len(self.kept), size=n)]
+        far = scale(n, random)[:, None] * (random.random(told.shape) < 0.5)
+        told = told + random.normal(size=told.shape) * far * self._range
+        if deed.turn is not None:  # the object may be turned otherwise than it was
+            anew = random.random(n) < 0.5
+            drawn = random.uniform(deed.low[deed.turn], deed.high[deed.turn], n)
+            told[anew, deed.turn] = drawn[anew]
+        told[:, deed.end] = ends
+        return self.placed(row, told)
+
+    def placed(self, row: Array, told: Array) -> Array:
+        """Numbers of actions that are told from an object, at its row."""
+        deed = self._relation.deed
+        numbers = told.copy()
+        offset = told[:, deed.start]
+        if deed.turn is None:  # the direction of the push follows from where it begins
+            numbers[:, deed.start] = pushed_from(row[:2], offset, told[:, deed.end])
+        else:
+            angle = told[:, deed.turn]
+            low, high = deed.low[deed.turn], deed.high[deed.turn]
+            numbers[:, deed.turn] = low + (angle - low) % (high - low)
+            numbers[:, deed.start] = row[:2] + turned(offset, angle)
+        return np.clip(numbers, deed.low, deed.high)
+
+
+def pushed_from(place: Array, offsets: Array, ends: Array) -> Array:
+    """Where pushes to (n, 2) ends begin, that come by a place at (n, 2) offsets in their frame.
+
+    The push's direction d solves place + R(d) offset + s d = end with s > 0.
+    """
+    to_end = ends - place
+    distance = np.linalg.norm(to_end, axis=1)
+    across = np.clip(offsets[:, 1], -distance, distance)
+    angle = np.arctan2(to_end[:, 1], to_end[:, 0]) - np.arcsin(
+        across / np.maximum(distance, np.finfo(float).tiny)
+    )
+    return np.asarray(place + turned(np.column_stack([offsets[:, 0], across]), angle))
+
+
+def aimed(relation: Relation, row: Array, ends: Array, random: np.random.Generator) -> Array:
+    """Random actions to (n, 2) ends that begin near an object, (n, P): how near, is drawn, each
+    order of magnitude as often, and so is how upright; all other numbers anywhere.
+    """
+    deed, n = relation.deed, len(ends)
+    numbers = random.uniform(deed.low, deed.high, (n, len(deed.low)))
+    for lean in deed.leans:
+        numbers[:, lean] = scale(n, random) * deed.high[lean]
+    direction = random.uniform(-np.pi, np.pi, n)
+    reach = scale(n, random)[:, None] * (deed.high - deed.low)[list(deed.start)].mean()
+    numbers[:, deed.start] = row[:2] + reach * np.column_stack(
+        [np.cos(direction), np.sin(direction)]
+    )
+    numbers[:, deed.end] = ends
+    return np.clip(numbers, deed.low, deed.high)
+
+
+def scale(n: int, random: np.random.Generator) -> Array:
+    """N shares of a range, each order of magnitude as likely."""
+    return np.asarray(np.exp(random.uniform(np.log(NEAREST), np.log(FARTHEST), n)))

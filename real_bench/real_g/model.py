@@ -1,0 +1,162 @@
+"""What an action will do to an object, learned from what actions did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch.nn import functional
+
+from real_bench.errors import RealBenchError
+from real_bench.real_g.networks import Ensemble
+
+Array = NDArray[np.float64]
+
+LOWEST_LOG, HIGHEST_LOG = -6.0, 1.0
+SIZE = 3
+
+
+class ContingencyModel:
+    """Whether an object will go as the hand goes: an ensemble of networks.
+
+    Args:
+        seed: of all that is random in learning.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._networks = Ensemble(seed, outputs=1)
+        self.members = self._networks.members
+
+    @property
+    def trained(self) -> bool:
+        """Whether it has learned anything yet."""
+        return self._networks.trained
+
+    def train(self, features: Array, contingency: Array, steps: int) -> None:
+        """Learn anew from n actions: (n, F) and (n,) from 0 to 1."""
+        target = torch.from_numpy(contingency.astype(np.float32))
+
+        def loss(outputs: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+            return functional.binary_cross_entropy_with_logits(
+                outputs[..., 0], target[rows], reduction="none"
+            )
+
+        self._networks.train(features, loss, steps)
+
+    def predict(self, features: Array, member: int | None = None) -> Array:
+        """As one member expects it of n actions, (n,), or all of them on average."""
+        outputs = self._networks.predict(features, member)[..., 0].sigmoid().mean(dim=0)
+        return np.asarray(outputs.double().numpy())
+
+    def get_state(self) -> dict[str, Any]:
+        """What it has learned."""
+        return self._networks.get_state()
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with what it has learned."""
+        self._networks.set_state(state)
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Outcomes as several members of an ensemble expect them, each as K Gaussians.
+
+    Attributes:
+        weights: (E, n, K), their sum 1.
+        means, deviations: (E, n, K, 3).
+    """
+
+    weights: Array
+    means: Array
+    deviations: Array
+
+
+class OutcomeModel:
+    """Where an object will be: an ensemble of mixture density networks (Bishop 1994).
+
+    Of the K Gaussians the first half is told from where the object stays, the other half from
+    where it follows the hand.
+
+    Args:
+        seed: of all that is random in learning.
+        scale: the unit in which outcomes are learned, about the length of what can be reached.
+        pairs: half of K.
+    """
+
+    def __init__(self, seed: int, scale: float, pairs: int = 2) -> None:
+        self._scale, self._pairs = scale, pairs
+        self._networks = Ensemble(seed, 2 * pairs * (1 + 2 * SIZE), hidden=96, batch=256)
+
+    @property
+    def trained(self) -> bool:
+        """Whether it has learned anything yet."""
+        return self._networks.trained
+
+    def train(self, features: Array, outcomes: Array, stays: Array, steps: int) -> None:
+        """Learn anew from n actions.
+
+        Args:
+            features: what is told of each, (n, F).
+            outcomes: what came of each, (n, 3).
+            stays: the outcome that each would have had, had nothing moved, (n, 3).
+            steps: of training.
+        """
+        if outcomes.shape != (len(features), SIZE):
+            raise RealBenchError(
+                f"a model cannot learn from {features.shape} with {outcomes.shape}"
+            )
+        base = self._bases(stays)
+        y = torch.from_numpy((outcomes / self._scale).astype(np.float32))
+
+        def loss(outputs: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
+            return -_log_likelihood(*self._read(outputs, base[rows]), y[rows])
+
+        self._networks.train(features, loss, steps)
+
+    def predict(self, features: Array, stays: Array, member: int | None = None) -> Mixture:
+        """What n actions will do; as one member of the ensemble thinks, or all of them."""
+        outputs, base = self._networks.predict(features, member), self._bases(stays)
+        logits, means, logs = self._read(outputs, base.expand(len(outputs), *base.shape))
+        return Mixture(
+            logits.softmax(dim=2).double().numpy(),
+            means.double().numpy() * self._scale,
+            logs.exp().double().numpy() * self._scale,
+        )
+
+    def get_state(self) -> dict[str, Any]:
+        """What it has learned."""
+        return self._networks.get_state()
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with what it has learned."""
+        self._networks.set_state(state)
+
+    def _read(
+        self, outputs: torch.Tensor, base: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Logits (E, b, K), means and log deviations (E, b, K, 3)."""
+        k = 2 * self._pairs
+        e, b, _ = outputs.shape
+        logits, rest = outputs[:, :, :k], outputs[:, :, k:].reshape(e, b, k, 2, SIZE)
+        logs = LOWEST_LOG + (HIGHEST_LOG - LOWEST_LOG) * torch.sigmoid(rest[:, :, :, 1])
+        return logits, base + rest[:, :, :, 0], logs
+
+    def _bases(self, stays: Array) -> torch.Tensor:
+        """Where the Gaussians are told from, (n, K, 3)."""
+        base = torch.zeros(len(stays), 2 * self._pairs, SIZE)
+        stay = torch.from_numpy((stays / self._scale).astype(np.float32))
+        base[:, : self._pairs] = stay[:, None]
+        return base
+
+
+def _log_likelihood(
+    logits: torch.Tensor, means: torch.Tensor, logs: torch.Tensor, y: torch.Tensor
+) -> torch.Tensor:
+    """Of outcomes (E, b, 3), without the constant, (E, b)."""
+    z = (y[:, :, None] - means) * torch.exp(-logs)
+    each = -0.5 * (z * z).sum(dim=3) - logs.sum(dim=3)
+    return torch.logsumexp(torch.log_softmax(logits, dim=2) + each, dim=2)

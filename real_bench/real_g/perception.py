@@ -1,0 +1,103 @@
+"""Where objects are, before anything is learned about what can be done to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.recording import Experience
+
+Array = NDArray[np.float64]
+
+PathOf = Callable[[Action], Array | None]
+"""From an action to points that the hand passes, (k, 2) or with height (k, 3) metres; None where
+it is not known."""
+
+
+class Perception(Protocol):
+    """Keeps what was seen during a play, and tells where objects were then, are, and should be.
+
+    An object's row is x, y, z in metres of what can be commanded, and its quaternion where that is
+    known; NaN while it has not been seen. There may be no rows yet: then the robot plays anyhow.
+    """
+
+    def see(self, observation: Mapping[str, Any]) -> None:
+        """The next moment of the play: before its first action, and after each."""
+
+    def act(self, path: Array | None) -> None:
+        """The hand will now pass these points."""
+
+    def recall(self, experience: Experience, path_of: PathOf) -> None:
+        """Begin anew with all of a play."""
+
+    def rows(self, first: int = 0) -> Array:
+        """Of each object at each moment from the first one on, (k, n_objects, 3 or 7)."""
+
+    def now(self, observation: Mapping[str, Any]) -> Array:
+        """Of each object in an observation, (n_objects, 3 or 7)."""
+
+    def goal(self, observation: Mapping[str, Any]) -> Array:
+        """Where each object should be, (n_objects, 3)."""
+
+    def seed(self, seed: int) -> None:
+        """Of what it will learn."""
+
+    def get_state(self) -> dict[str, Any]:
+        """All of it that is not in the recording, as plain values and arrays."""
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from there."""
+
+
+class SeenPoses:
+    """Positions and orientations as they are observed (conditions with O). Nothing is learned."""
+
+    def __init__(self) -> None:
+        self._rows: list[Array] = []
+
+    def see(self, observation: Mapping[str, Any]) -> None:
+        """Keep the rows of this moment."""
+        self._rows.append(self.now(observation))
+
+    def act(self, path: Array | None) -> None:
+        """It does not matter here."""
+
+    def recall(self, experience: Experience, path_of: PathOf) -> None:
+        """Keep the rows of all states."""
+        before = [experience.positions_before(), experience.orientations_before()]
+        after = [experience.positions_after(), experience.orientations_after()]
+        rows = np.full((experience.n_states, len(experience.object_names), 7), np.nan)
+        rows[experience.preconditions] = np.concatenate(before, axis=2)
+        rows[experience.outcomes] = np.concatenate(after, axis=2)
+        self._rows = list(rows)
+
+    def rows(self, first: int = 0) -> Array:
+        """Of each object at each moment from the first one on, (k, n_objects, 7)."""
+        return np.array(self._rows[first:])
+
+    def now(self, observation: Mapping[str, Any]) -> Array:
+        """Of each object now, (n_objects, 7)."""
+        positions, orientations = (
+            observation["object_positions"],
+            observation["object_orientations"],
+        )
+        return np.array([[*positions[name], *orientations[name]] for name in positions])
+
+    def goal(self, observation: Mapping[str, Any]) -> Array:
+        """Where each object should be, (n_objects, 3)."""
+        return np.array([*observation["goal_positions"].values()])
+
+    def seed(self, seed: int) -> None:
+        """Begin with an empty memory."""
+        self._rows = []
+
+    def get_state(self) -> dict[str, Any]:
+        """Nothing that is not in the recording."""
+        return {}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Nothing to go on with."""

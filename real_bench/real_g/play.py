@@ -1,0 +1,154 @@
+"""Free play: goals of its own, actions that objects are expected to follow, and what came of them.
+
+Of all it learns nothing is kept that does not follow from the seed and what happened. So where a
+run is resumed, its memory comes from the recording.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from real_bench.real_g.goals import OwnGoals
+from real_bench.real_g.hand import Deed
+from real_bench.real_g.memory import aimed, scale
+from real_bench.real_g.relation import Relation
+from real_bench.real_g.skill import Skill
+from real_bench.settings import Settings
+
+Array = NDArray[np.float64]
+
+log = logging.getLogger(__name__)
+
+
+class PlaySettings(Settings):
+    """How it plays.
+
+    Attributes:
+        first: actions before it learns for the first time; also the fewest between two lessons.
+        growth: it learns anew when it knows so much more than at the last lesson, as a share.
+        random: the share of actions that are drawn at random near an object.
+        near: the share of goals that are near where the object is.
+        candidates: actions that are thought of before one is done.
+        steps: of training a lesson takes for each action it learns from, within
+            ``fewest_steps`` and ``most_steps``.
+        last_steps: of training when all play is over.
+    """
+
+    first: int = Field(100, ge=1)
+    growth: float = Field(0.15, ge=0)
+    random: float = Field(0.1, ge=0, le=1)
+    near: float = Field(0.25, ge=0, le=1)
+    candidates: int = Field(500, ge=1)
+    steps: float = Field(1.0, gt=0)
+    fewest_steps: int = Field(300, ge=10)
+    most_steps: int = Field(3000, ge=10)
+    last_steps: int = Field(6000, ge=10)
+
+
+class Play:
+    """What was done and what came of it, and how to go on playing.
+
+    Args:
+        deed: the form of the actions.
+        settings: how it plays.
+        seed: of all that is learned.
+    """
+
+    def __init__(self, deed: Deed, settings: PlaySettings, seed: int) -> None:
+        self.deed, self._settings, self._seed = deed, settings, seed
+        self.relation = Relation(deed)
+        ends = list(deed.end)
+        self._low, self._high = deed.low[ends], deed.high[ends]
+        self.skills: list[Skill] = []
+        self.lesson = 0  # the actions that it has learned from
+        self.goals = OwnGoals(self._low, self._high)
+
+    def due(self, n: int) -> int:
+        """From how many of n actions it should have learned; lessons come at the same numbers
+        whether or not a run was cut.
+        """
+        last, following = 0, self._settings.first
+        while following <= n:
+            last = following
+            following = last + max(self._settings.first, int(self._settings.growth * last))
+        return last
+
+    def learn(self, before: Array, after: Array, numbers: Array, *, last: bool = False) -> None:
+        """Learn anew from n actions; those that are not known are left out.
+
+        Args:
+            before, after: all objects' rows, (n, n_objects, 3 or 7).
+            numbers: of the actions, (n, P); NaN where they are not of the deed's form.
+            last: play is over.
+        """
+        self.lesson = len(numbers)
+        log.info("learning from %d actions", len(numbers))
+        self.skills = [Skill(self.relation, self._seed + o) for o in range(before.shape[1])]
+        about = self.about(before, numbers)
+        for o, skill in enumerate(self.skills):
+            known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
+            mine = (about == o) & known & ~np.isnan(numbers).any(axis=1)
+            s = self._settings
+            steps = int(np.clip(s.steps * mine.sum(), s.fewest_steps, s.most_steps))
+            skill.learn(before[mine, o], after[mine, o], numbers[mine], steps)
+            if last:
+                skill.learn_outcomes(before[mine, o], after[mine, o], numbers[mine], s.last_steps)
+
+    def recover(self, skills: Sequence[Mapping[str, Any]], lesson: int) -> None:
+        """Go on with what was learned from so many actions."""
+        self.lesson = lesson
+        self.skills = [Skill(self.relation, self._seed + o) for o in range(len(skills))]
+        for skill, state in zip(self.skills, skills, strict=True):
+            skill.set_state(state)
+
+    def about(self, before: Array, numbers: Array) -> NDArray[np.int64]:
+        """Which object each action is about, (n,): that nearest to where it begins."""
+        start = numbers[:, None, list(self.deed.start)]
+        away = np.linalg.norm(before[:, :, :2] - start, axis=2)
+        return np.asarray(np.where(np.isnan(away), np.inf, away).argmin(axis=1))
+
+    def watch(self, before: Array, after: Array, numbers: Array) -> None:
+        """Learn for its own goals from one action: where objects were, how well it went.
+
+        Args:
+            before, after: all objects' rows, (n_objects, 3 or 7).
+            numbers: of the action, (P,), NaN where they are not known.
+        """
+        places = np.concatenate([before[:, :2], after[:, :2]])
+        self.goals.saw(places[~np.isnan(places).any(axis=1)])
+        if len(before) == 0 or np.isnan(numbers).any():
+            return
+        o = int(self.about(before[None], numbers[None])[0])
+        success = self.relation.contingency(before[None, o], after[None, o], numbers[None])[0]
+        if np.isfinite(success):
+            self.goals.tried(numbers[list(self.deed.end)], float(success))
+
+    def next_numbers(self, rows: Array, random: np.random.Generator) -> Array:
+        """Of the next action, (P,).
+
+        Args:
+            rows: of the objects now, (n_objects, 3 or 7); none or NaN where nothing is seen.
+            random: draws.
+        """
+        seen = np.flatnonzero(~np.isnan(rows).any(axis=1)) if len(rows) else np.empty(0, int)
+        if not len(seen):
+            return random.uniform(self.deed.low, self.deed.high)
+        settings = self._settings
+        number = int(random.choice(seen))
+        row = rows[number]
+        goal = self.goals.draw(random)
+        if random.random() < settings.near:
+            reach = float((self._high - self._low).mean())
+            goal = row[:2] + random.normal(size=2) * reach * scale(1, random)
+        ends = np.tile(np.clip(goal, self._low, self._high), (settings.candidates, 1))
+        skill = self.skills[number] if number < len(self.skills) else None
+        if skill is None or not skill.learned or random.random() < settings.random:
+            return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
+        numbers = skill.think(row, ends, random)
+        return np.asarray(numbers[skill.most_contingent(row, numbers, random)])

@@ -1,0 +1,101 @@
+"""What the robot knows to do to one object: a memory of actions, and a model of what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.real_g.memory import DeedMemory, aimed
+from real_bench.real_g.model import ContingencyModel, OutcomeModel
+from real_bench.real_g.relation import Relation
+
+Array = NDArray[np.float64]
+
+UNVARIED_SHARE = 0.1
+"""This share of what it thinks of does not come from memory."""
+
+FEWEST = 30
+"""It learns nothing from fewer actions."""
+
+
+class Skill:
+    """Thinks of actions for an object, and of what comes of them.
+
+    Args:
+        relation: of actions to objects.
+        seed: of the model.
+    """
+
+    def __init__(self, relation: Relation, seed: int) -> None:
+        deed = relation.deed
+        reach = float((deed.high - deed.low)[list(deed.end)].mean())
+        self.relation, self.memory = relation, DeedMemory(relation)
+        self.contingency = ContingencyModel(seed)
+        self.model = OutcomeModel(seed, scale=reach)
+
+    @property
+    def learned(self) -> bool:
+        """Whether it has learned anything yet."""
+        return self.contingency.trained
+
+    def learn(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
+        """Learn anew what the object follows, from n actions.
+
+        Args:
+            before: the object's rows, (n, 3 or 7).
+            after: its rows after each.
+            numbers: the actions', (n, P).
+            steps: of training.
+        """
+        if len(before) < FEWEST:
+            return
+        followed = self.relation.contingency(before, after, numbers)
+        self.memory.learn(before, numbers, followed)
+        self.contingency.train(self.relation.features(before, numbers), followed, steps)
+
+    def learn_outcomes(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
+        """Learn anew where the object ends; arguments as of :meth:`learn`."""
+        if len(before) < FEWEST:
+            return
+        relation = self.relation
+        self.model.train(
+            relation.features(before, numbers),
+            relation.outcome(before, after, numbers),
+            relation.stays(numbers),
+            steps,
+        )
+
+    def think(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
+        """N actions for an object at a row, (n, P), the hand to end at (n, 2) places."""
+        if not self.learned:
+            return aimed(self.relation, row, ends, random)
+        n_new = int(len(ends) * UNVARIED_SHARE)
+        return np.concatenate(
+            [
+                aimed(self.relation, row, ends[:n_new], random),
+                self.memory.varied(row, ends[n_new:], random),
+            ]
+        )
+
+    def most_contingent(self, row: Array, numbers: Array, random: np.random.Generator) -> int:
+        """Which of n actions one member of the ensemble expects the object to follow most.
+
+        The member is drawn anew each time (Thompson sampling): they agree on what is known, and
+        each hopes for something else of what is not.
+        """
+        rows = np.tile(row, (len(numbers), 1))
+        member = int(random.integers(self.contingency.members))
+        features = self.relation.features(rows, numbers)
+        return int(self.contingency.predict(features, member).argmax())
+
+    def get_state(self) -> dict[str, Any]:
+        """What it has learned."""
+        return {"kept": self.memory.kept, "model": self.model.get_state()}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with what it has learned."""
+        self.memory.kept = np.asarray(state["kept"], np.float64)
+        self.model.set_state(state["model"])
