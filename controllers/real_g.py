@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from real_bench.real_g import PlannerSettings, PlaySettings, RealG, SeenPoses
+from real_bench.real_g import (
+    Perception,
+    PlannerSettings,
+    PlaySettings,
+    RealG,
+    SeenImages,
+    SeenPoses,
+    deed_of,
+)
 from real_bench.settings import Settings
 
 
@@ -16,7 +24,7 @@ class RealGSettings(Settings):
 
 
 class RealGSeen(RealG):
-    """REAL-G where positions and orientations are seen (conditions OM and OC)."""
+    """REAL-G with a hand or macros; sees objects in images where their positions are not told."""
 
     Settings = RealGSettings
 
@@ -24,7 +32,15 @@ class RealGSeen(RealG):
         super().__init__(
             action_space,
             observation_space,
-            perception=SeenPoses(),
+            perception=_perception(action_space, observation_space),
             play=settings.play,
             planner=settings.planner,
         )
+
+
+def _perception(action_space: Any, observation_space: Any) -> Perception:
+    if "object_positions" in observation_space.spaces:
+        return SeenPoses()
+    deed = deed_of(action_space)
+    ends = list(deed.end)
+    return SeenImages(deed.low[ends], deed.high[ends])

@@ -7,6 +7,7 @@ from real_bench.real_g.architecture import PlannerSettings, RealG
 from real_bench.real_g.hand import Deed, Hand, Push, deed_of
 from real_bench.real_g.perception import Perception, SeenPoses
 from real_bench.real_g.play import PlaySettings
+from real_bench.real_g.seen_images import SeenImages
 
 __all__ = [
     "Deed",
@@ -16,6 +17,7 @@ __all__ = [
     "PlaySettings",
     "Push",
     "RealG",
+    "SeenImages",
     "SeenPoses",
     "deed_of",
 ]

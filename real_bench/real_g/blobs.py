@@ -49,9 +49,7 @@ def find_blobs(image: NDArray[np.uint8], marked: NDArray[np.bool_]) -> list[Blob
         image: (height, width, 3).
         marked: (height, width).
     """
-    n, labels, boxes, _ = cv2.connectedComponentsWithStats(
-        marked.astype(np.uint8), connectivity=8
-    )
+    n, labels, boxes, _ = cv2.connectedComponentsWithStats(marked.astype(np.uint8), connectivity=8)
     blobs = []
     for label in range(1, n):
         left, top, width, height, size = boxes[label].tolist()
@@ -104,7 +102,7 @@ def _blob(image: NDArray[np.uint8], inside: NDArray[np.bool_], left: int, top: i
     spread, axes = np.linalg.eigh(np.cov(points.T) + np.eye(2) / 12)  # a pixel has a width, too
     counts = np.bincount(colours_of(image[rows, columns]), minlength=N_COLOURS)
     return Blob(
-        place=place + (left, top),
+        place=place + np.array([left, top]),
         size=len(points),
         axis=float(np.arctan2(axes[1, 1], axes[0, 1]) % np.pi),
         stretch=float(np.sqrt(spread[1] / spread[0])),
@@ -113,4 +111,6 @@ def _blob(image: NDArray[np.uint8], inside: NDArray[np.bool_], left: int, top: i
 
 
 def _shifted(blob: Blob, left: int, top: int) -> Blob:
-    return Blob(blob.place + (left, top), blob.size, blob.axis, blob.stretch, blob.colours)
+    return Blob(
+        blob.place + np.array([left, top]), blob.size, blob.axis, blob.stretch, blob.colours
+    )

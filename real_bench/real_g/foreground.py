@@ -27,6 +27,7 @@ SMALL = (80, 60)
 FAINT = 12
 """A difference of fewer grey levels in each colour is none: that much is lost on any camera."""
 
+
 class Foreground:
     """Tells what can be moved from what stays.
 
@@ -92,7 +93,6 @@ class Foreground:
         place = int(self._random.integers(self._n_worth))
         if place < MOST_KEPT:
             self._kept[place], self._small[place] = image.copy(), small
-
 
     def get_state(self) -> dict[str, Any]:
         """The background and how much it flickers, as arrays."""

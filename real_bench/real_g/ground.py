@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
 
 Array = NDArray[np.float64]
 
@@ -25,25 +26,41 @@ class Ground:
 
     def __init__(self) -> None:
         self._depth = np.zeros((0, 0), np.float32)
+        self._filled: NDArray[np.float32] | None = None
 
     def add(self, depth: NDArray[np.floating[Any]]) -> None:
         """Learn from a depth buffer, (height, width) in 0..1."""
         cells = np.asarray(depth, np.float32)[CELL // 2 :: CELL, CELL // 2 :: CELL]
         same = self._depth.shape == cells.shape
         self._depth = np.maximum(self._depth, cells) if same else cells
+        self._filled = None
 
     def distance(self, places: Array) -> Array:
         """How far the ground is at columns and rows, (..., 2) to (...).
 
-        The unit is where the depth buffer begins; 1 everywhere while no depth has been seen.
+        Where there is none it is that of the nearest cell that has some: what lies on an edge is
+        seen beyond it. The unit is where the depth buffer begins; 1 while no depth has been seen.
         """
         if not self._depth.size:
             return np.ones(np.shape(places)[:-1])
-        height, width = self._depth.shape
+        depth = self._solid()
+        height, width = depth.shape
         cell = np.nan_to_num(np.asarray(places)).astype(np.intp) // CELL
         rows = np.clip(cell[..., 1], 0, height - 1)
         columns = np.clip(cell[..., 0], 0, width - 1)
-        return 1 / (1 - np.minimum(self._depth[rows, columns], FARTHEST).astype(np.float64))
+        return 1 / (1 - depth[rows, columns].astype(np.float64))
+
+    def _solid(self) -> NDArray[np.float32]:
+        """The depth of the cells, filled in where there is nothing."""
+        if self._filled is None:
+            nothing = self._depth > FARTHEST
+            if nothing.all():
+                nothing[:] = False
+            rows, columns = distance_transform_edt(
+                nothing, return_distances=False, return_indices=True
+            )
+            self._filled = np.minimum(self._depth, FARTHEST)[rows, columns]
+        return self._filled
 
     def get_state(self) -> dict[str, Any]:
         """The cells."""
@@ -52,3 +69,4 @@ class Ground:
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on with these cells."""
         self._depth = np.asarray(state["depth"], np.float32)
+        self._filled = None

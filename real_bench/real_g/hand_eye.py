@@ -41,6 +41,12 @@ cost by the Bayesian information criterion; at 1 some of the earliest maps are w
 POINTS = 24
 """A path is taken as so many points."""
 
+IN_REACH = (-3.0, 3.0)
+"""What was touched is not far out of reach, and neither are things that were seen beside it."""
+
+BOUNDS = [IN_REACH] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, 0), (-0.5, 0.5)]
+"""Of the parameters of a fit, in the order that :class:`_Problem` tells."""
+
 TINY = 1e-9
 
 
@@ -209,13 +215,15 @@ class _Problem:
 
     def solved(self, start: Array, iterations: int) -> tuple[float, Array]:
         """The least cost from a start on, and where it is."""
-        within = (-3.0, 3.0)  # what was touched is in reach
-        bounds = [within] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, 0), (-0.5, 0.5)]
-        options = {"maxiter": iterations}
         found = minimize(
-            self.cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options
+            self.cost,
+            start,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=BOUNDS,
+            options={"maxiter": iterations},
         )
-        return float(found.fun), np.asarray(found.x)
+        return float(found.fun), np.asarray(found.x, np.float64)
 
     def cost(self, parameters: Array) -> tuple[float, Array]:
         """Minus the log likelihood, and its gradient."""

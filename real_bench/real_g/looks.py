@@ -85,7 +85,7 @@ class Looks:
     def may_hide(self, blobs: Sequence[Blob]) -> bool:
         """Whether things may be merged: there are fewer blobs than things."""
         fewest = PART * self._sizes.min(initial=np.inf)
-        return 0 < sum(blob.size >= fewest for blob in blobs) < len(self)
+        return bool(0 < sum(blob.size >= fewest for blob in blobs) < len(self))
 
     def get_state(self) -> dict[str, Any]:
         """What things look like, as arrays."""
