@@ -109,6 +109,8 @@ class Play:
 
     def about(self, before: Array, numbers: Array) -> NDArray[np.int64]:
         """Which object each action is about, (n,): that nearest to where it begins."""
+        if before.shape[1] == 0:
+            return np.zeros(len(before), np.int64)
         start = numbers[:, None, list(self.deed.start)]
         away = np.linalg.norm(before[:, :, :2] - start, axis=2)
         return np.asarray(np.where(np.isnan(away), np.inf, away).argmin(axis=1))
