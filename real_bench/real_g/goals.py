@@ -22,11 +22,14 @@ class OwnGoals:
         low, high: of x and y, (2,) each.
         cells: along each side.
         memory: the latest attempts at a cell that count.
+        beyond: so many cells beyond those where objects have been are drawn as well.
     """
 
-    def __init__(self, low: Array, high: Array, cells: int = 8, memory: int = 20) -> None:
+    def __init__(
+        self, low: Array, high: Array, cells: int = 8, memory: int = 20, beyond: int = 2
+    ) -> None:
         self._low, self._size = np.asarray(low), (np.asarray(high) - np.asarray(low)) / cells
-        self._cells, self._memory = cells, memory
+        self._cells, self._memory, self._beyond = cells, memory, beyond
         self._been = np.zeros((cells, cells), bool)
         self._attempts: dict[tuple[int, int], list[float]] = {}
 
@@ -44,7 +47,8 @@ class OwnGoals:
 
     def draw(self, random: np.random.Generator) -> Array:
         """A place, (2,); anywhere while no object has been seen."""
-        reachable = binary_dilation(self._been, np.ones((3, 3))) if self._been.any() else None
+        around = np.ones((2 * self._beyond + 1,) * 2)
+        reachable = binary_dilation(self._been, around) if self._been.any() else None
         cells = np.argwhere(np.ones_like(self._been) if reachable is None else reachable)
         interest = np.array([self.interest(int(x), int(y)) for x, y in cells])
         cell = cells[random.choice(len(cells), p=interest / interest.sum())]

@@ -101,12 +101,15 @@ STAGES = (MIDDLE, ABOVE, DOWN, GRIP, UP, CARRY, LOWER, LET_GO, LEAVE, HOME)
 
 MOST_LEAN = np.pi / 4
 
+ROUNDING = 1e-9
+
 
 class Hand:
     """Reach, descend, grip, rise, carry along a line, lower, let go, leave, go home.
 
     Its numbers, in order: x1, y1, turn, lean, z1, two of the gripper at first, two of it closing,
-    z2, x2, y2, lean, z3, two of it at the end. The fingers point down, turned about the vertical
+    rise, x2, y2, lean, lower, two of it at the end. It rises by a share of the height above it,
+    and lowers by a share of the height below. The fingers point down, turned about the vertical
     and leaning forward, away from the robot; it comes by the middle of its space and leaves at
     the greatest height that is allowed.
 
@@ -123,22 +126,24 @@ class Hand:
         pose = action_space.spaces["cartesian_command"]
         grip = action_space.spaces["gripper_command"]
         self._middle = (np.asarray(pose.low[:3]) + np.asarray(pose.high[:3])) / 2
-        self._top = float(pose.high[2])
+        self._bottom, self._top = float(pose.low[2]), float(pose.high[2])
 
-        def joined(p: Array, g: Array, turn: float, lean: float) -> Array:
-            return np.array([*p[:2], turn, lean, p[2], *g, *g, p[2], *p[:2], lean, p[2], *g])
+        def joined(p: Array, g: Array, turn: float, lean: float, share: float) -> Array:
+            return np.array([*p[:2], turn, lean, p[2], *g, *g, share, *p[:2], lean, share, *g])
 
-        self.low = joined(pose.low, grip.low, np.pi / 2, 0.0)
-        self.high = joined(pose.high, grip.high, 3 * np.pi / 2, MOST_LEAN)
+        self.low = joined(pose.low, grip.low, np.pi / 2, 0.0, 0.0)
+        self.high = joined(pose.high, grip.high, 3 * np.pi / 2, MOST_LEAN, 1.0)
 
     def action(self, numbers: Array) -> Action:
         """The action that 16 numbers say; raises RealBenchError for another number of them."""
         if np.shape(numbers) != self.low.shape:
             raise RealBenchError(f"a hand's action has 16 numbers, not {np.shape(numbers)}")
         x1, y1, turn, lean1, z1, *first = (float(number) for number in numbers[:7])
-        *closed, z2, x2, y2, lean2, z3 = (float(number) for number in numbers[7:14])
+        *closed, rise, x2, y2, lean2, lower = (float(number) for number in numbers[7:14])
         last = [float(number) for number in numbers[14:]]
         top = self._top
+        z2 = z1 + rise * (top - z1)
+        z3 = z2 + lower * (self._bottom - z2)
         stops = [  # x, y, z, lean, gripper
             (MIDDLE, (*self._middle[:2], top, lean1, *first)),
             (ABOVE, (x1, y1, top, lean1, *first)),
@@ -172,20 +177,31 @@ class Hand:
         _, above, down, grip, up, carry, lower, let_go = action.commands[ends[:8]]
         turn, lean1 = turn_and_lean(above[3:7])
         _, lean2 = turn_and_lean(carry[3:7])
+        rise = _share(up[2] - down[2], self._top - down[2])
+        lowered = _share(lower[2] - up[2], self._bottom - up[2])
         return np.array(
-            [*above[:2], turn, lean1, down[2], *down[7:], *grip[7:], up[2]]
-            + [*carry[:2], lean2, lower[2], *let_go[7:]]
+            [
+                *(*above[:2], turn, lean1, down[2], *down[7:], *grip[7:]),
+                *(rise, *carry[:2], lean2, lowered, *let_go[7:]),
+            ]
         )
 
     def path(self, numbers: Array) -> Array:
         """Where it grips, rises, is carried to and lets go, (4, 3)."""
         (x1, y1), (x2, y2) = numbers[[0, 1]], numbers[[10, 11]]
-        z1, z2, z3 = numbers[[4, 9, 13]]
+        z1, rise, lower = numbers[[4, 9, 13]]
+        z2 = z1 + rise * (self._top - z1)
+        z3 = z2 + lower * (self._bottom - z2)
         return np.array([[x1, y1, z1], [x1, y1, z2], [x2, y2, z2], [x2, y2, z3]])
 
     def rest(self) -> Action:
         """No command: go home and stay there."""
         return Action.rest(9, self.steps)
+
+
+def _share(part: float, whole: float) -> float:
+    """How much of the whole a part is; 0 where there is no whole."""
+    return float(part / whole) if abs(whole) > ROUNDING else 0.0
 
 
 def pointing_down(turn: float, lean: float) -> tuple[float, float, float, float]:

@@ -22,12 +22,16 @@ class DeedMemory:
 
     Args:
         relation: of actions to objects.
-        size: how many actions are kept for reuse.
+        size: the most actions that are kept for reuse.
+        share: of all actions that are kept, at most.
         neighbours: over how many success is smoothed.
     """
 
-    def __init__(self, relation: Relation, size: int = 200, neighbours: int = 8) -> None:
-        self._relation, self._size, self._neighbours = relation, size, neighbours
+    def __init__(
+        self, relation: Relation, size: int = 200, share: float = 0.1, neighbours: int = 8
+    ) -> None:
+        self._relation, self._neighbours = relation, neighbours
+        self._size, self._share = size, share
         deed = relation.deed
         self._range = deed.high - deed.low
         self.kept = np.empty((0, len(deed.low)))
@@ -38,9 +42,13 @@ class DeedMemory:
         points = told / self._range
         points[:, self._relation.deed.end] = 0  # where it goes is another matter
         k = min(self._neighbours, len(points))
-        _, near = cKDTree(points).query(points, k)
-        smoothed = success[near.reshape(len(points), k)].mean(axis=1)
-        best = np.argsort(-smoothed, kind="stable")[: self._size]
+        away, near = cKDTree(points).query(points, k)
+        away, near = away.reshape(len(points), k), near.reshape(len(points), k)
+        width = np.maximum(away[:, -1:] / 2, np.finfo(float).tiny)
+        weights = np.exp(-((away / width) ** 2) / 2)
+        smoothed = (weights * success[near]).sum(axis=1) / weights.sum(axis=1)
+        n_kept = min(self._size, max(k, int(self._share * len(points))))
+        best = np.argsort(-smoothed, kind="stable")[:n_kept]
         self.kept = told[best]
 
     def told(self, rows: Array, numbers: Array) -> Array:
@@ -96,8 +104,10 @@ def pushed_from(place: Array, offsets: Array, ends: Array) -> Array:
 
 
 def aimed(relation: Relation, row: Array, ends: Array, random: np.random.Generator) -> Array:
-    """Random actions to (n, 2) ends that begin near an object, (n, P): how near, is drawn, each
-    order of magnitude as often, and so is how upright; all other numbers anywhere.
+    """Random actions to (n, 2) ends that begin near an object, (n, P).
+
+    How near is drawn, each order of magnitude as often, and so is how upright the hand is; all
+    other numbers are anywhere in their ranges.
     """
     deed, n = relation.deed, len(ends)
     numbers = random.uniform(deed.low, deed.high, (n, len(deed.low)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,9 @@ OUTLYING = 10.0
 
 
 class Ensemble:
-    """Networks of two hidden layers. Each learns from a bootstrap sample, and stops where it is
-    best on what is not in its sample.
+    """Networks of two hidden layers.
+
+    Each learns from a bootstrap sample, and stops where it is best on what is not in its sample.
 
     Args:
         seed: of weights, samples and order.
@@ -119,7 +121,7 @@ class Ensemble:
     def _made(self, n_inputs: int, random: torch.Generator) -> Layers:
         sizes = [n_inputs, self._hidden, self._hidden, self._outputs]
         layers = []
-        for number, (n, m) in enumerate(zip(sizes, sizes[1:], strict=False)):
+        for number, (n, m) in enumerate(pairwise(sizes)):
             bound = math.sqrt((6.0 if number < 2 else 1.0) / n)
             weights = (torch.rand((self.members, n, m), generator=random) * 2 - 1) * bound
             layers.append((weights, torch.zeros(self.members, 1, m)))

@@ -134,8 +134,12 @@ class Planner:
 
 
 def expected_after(weights: Array, away: Array, left: int) -> float:
-    """f(left): the least mean distance that ``left`` more actions can bring, by the best of n
-    kinds of actions, (n, M) each.
+    """f(left): the least mean distance that ``left`` more actions can bring.
+
+    Args:
+        weights: how likely each of M outcomes of n kinds of actions is, (n, M).
+        away: how far it is from the goal, (n, M).
+        left: how many actions; infinite for none.
     """
     floor = np.inf
     for _ in range(left):

@@ -33,6 +33,7 @@ class PlaySettings(Settings):
         first: actions before it learns for the first time; also the fewest between two lessons.
         growth: it learns anew when it knows so much more than at the last lesson, as a share.
         random: the share of actions that are drawn at random near an object.
+        bred: the share of actions that are remembered ones, varied, whatever is expected of them.
         near: the share of goals that are near where the object is.
         candidates: actions that are thought of before one is done.
         steps: of training a lesson takes for each action it learns from, within
@@ -43,6 +44,7 @@ class PlaySettings(Settings):
     first: int = Field(100, ge=1)
     growth: float = Field(0.15, ge=0)
     random: float = Field(0.1, ge=0, le=1)
+    bred: float = Field(0.45, ge=0, le=1)
     near: float = Field(0.25, ge=0, le=1)
     candidates: int = Field(500, ge=1)
     steps: float = Field(1.0, gt=0)
@@ -70,8 +72,9 @@ class Play:
         self.goals = OwnGoals(self._low, self._high)
 
     def due(self, n: int) -> int:
-        """From how many of n actions it should have learned; lessons come at the same numbers
-        whether or not a run was cut.
+        """From how many of n actions it should have learned.
+
+        Lessons come at the same numbers whether or not a run was cut.
         """
         last, following = 0, self._settings.first
         while following <= n:
@@ -83,7 +86,8 @@ class Play:
         """Learn anew from n actions; those that are not known are left out.
 
         Args:
-            before, after: all objects' rows, (n, n_objects, 3 or 7).
+            before: all objects' rows, (n, n_objects, 3 or 7).
+            after: their rows after each.
             numbers: of the actions, (n, P); NaN where they are not of the deed's form.
             last: play is over.
         """
@@ -119,7 +123,8 @@ class Play:
         """Learn for its own goals from one action: where objects were, how well it went.
 
         Args:
-            before, after: all objects' rows, (n_objects, 3 or 7).
+            before: all objects' rows, (n_objects, 3 or 7).
+            after: their rows after it.
             numbers: of the action, (P,), NaN where they are not known.
         """
         places = np.concatenate([before[:, :2], after[:, :2]])
@@ -150,7 +155,10 @@ class Play:
             goal = row[:2] + random.normal(size=2) * reach * scale(1, random)
         ends = np.tile(np.clip(goal, self._low, self._high), (settings.candidates, 1))
         skill = self.skills[number] if number < len(self.skills) else None
-        if skill is None or not skill.learned or random.random() < settings.random:
+        how = random.random()
+        if skill is None or not skill.learned or how < settings.random:
             return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
+        if how < settings.random + settings.bred:
+            return np.asarray(skill.memory.varied(row, ends[:1], random)[0])
         numbers = skill.think(row, ends, random)
         return np.asarray(numbers[skill.most_contingent(row, numbers, random)])

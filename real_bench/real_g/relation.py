@@ -69,7 +69,8 @@ class Relation:
         """What came of n actions, (n, 3): in the frame, how far x, y are from having followed; z.
 
         Args:
-            before, after: rows of the object.
+            before: rows of the object, (n, 3 or 7).
+            after: its rows after each.
             numbers: the actions', (n, P).
         """
         left = after[:, :2] - before[:, :2] - self.way(numbers)
@@ -90,8 +91,9 @@ class Relation:
         return np.column_stack([way, np.zeros(len(way))])
 
     def contingency(self, before: Array, after: Array, numbers: Array) -> Array:
-        """How much the object went as the hand went, (n,): 1 by the same way, 0 not more than if
-        it had stayed.
+        """How much the object went as the hand went, (n,).
+
+        It is 1 where it went by the same way, and 0 where it went not more so than by staying.
         """
         left = after[:, :2] - before[:, :2] - self.way(numbers)
         return following(np.linalg.norm(left, axis=1), np.linalg.norm(self.way(numbers), axis=1))

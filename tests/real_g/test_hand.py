@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+
+from real_bench.actions import check_action, make_control
+from real_bench.errors import RealBenchError
+from real_bench.real_g.hand import Deed, pointing_down
+from tests.real_g.deeds import DEEDS, HAND, JOINTS, PUSH, deed_of, drawn, numbers_of
+
+
+@given(numbers=numbers_of(HAND))
+def test_a_hands_numbers_can_be_read_from_its_action(numbers: Any) -> None:
+    action = HAND.action(numbers)
+    read = HAND.numbers(action)
+    assert read is not None
+    np.testing.assert_allclose(HAND.action(read).commands, action.commands, atol=1e-9)
+    assert action.duration == HAND.steps == HAND.rest().duration
+    check_action(action, make_control("C"))
+
+
+@given(numbers=numbers_of(PUSH))
+def test_a_pushs_numbers_can_be_read_from_its_action(numbers: Any) -> None:
+    action = PUSH.action(numbers)
+    np.testing.assert_array_equal(PUSH.numbers(action), numbers)
+    assert action.duration == PUSH.steps
+    check_action(action, make_control("M"))
+
+
+@given(numbers=numbers_of(HAND))
+def test_a_hand_is_never_commanded_out_of_its_space(numbers: Any) -> None:
+    commands = HAND.action(numbers).commands[:-1]
+    low, high = HAND.low[[0, 1, 4]], HAND.high[[0, 1, 4]]
+    assert (commands[:, :3] >= low - 1e-9).all()
+    assert (commands[:, :3] <= high + 1e-9).all()
+    np.testing.assert_allclose(np.linalg.norm(commands[:, 3:7], axis=1), 1)
+
+
+def test_a_hand_that_does_not_lean_points_straight_down_and_one_that_leans_forward() -> None:
+    x, y, z, w = pointing_down(0.7, 0.0)
+    assert (2 * (x * z + y * w), 1 - 2 * (x * x + y * y)) == pytest.approx((0, -1))
+    x, y, z, w = pointing_down(0.7, 0.4)
+    way = 2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)
+    assert way == pytest.approx((np.sin(0.4), 0, -np.cos(0.4)))
+
+
+@pytest.mark.parametrize("deed", DEEDS)
+def test_an_action_that_was_cut_short_or_is_a_rest_has_no_numbers(deed: Deed) -> None:
+    action = deed.action(drawn(deed, 1)[0])
+    assert deed.numbers(action.first(deed.steps - 1)) is None
+    assert deed.numbers(deed.rest()) is None
+
+
+@pytest.mark.parametrize("deed", DEEDS)
+def test_its_path_begins_and_ends_where_it_says(deed: Deed) -> None:
+    numbers = drawn(deed, 1)[0]
+    path = deed.path(numbers)
+    np.testing.assert_array_equal(path[0, :2], numbers[list(deed.start)])
+    np.testing.assert_array_equal(path[-1, :2], numbers[list(deed.end)])
+
+
+def test_bad_numbers_and_spaces_are_refused() -> None:
+    with pytest.raises(RealBenchError, match="16 numbers"):
+        HAND.action(np.zeros(14))
+    with pytest.raises(RealBenchError, match="M or C"):
+        deed_of(JOINTS)
