@@ -93,9 +93,9 @@ class Stage:
     steps: int
 
 
-MIDDLE, ABOVE, DOWN, GRIP = Stage(1, 50), Stage(2, 50), Stage(1, 100), Stage(1, 60)
+MIDDLE, ABOVE, DOWN, GRIP = Stage(1, 50), Stage(2, 50), Stage(1, 85), Stage(1, 50)
 UP, CARRY, LOWER = Stage(3, 25), Stage(12, 25), Stage(4, 25)
-LET_GO, LEAVE, HOME = Stage(1, 60), Stage(1, 50), Stage(1, 105)
+LET_GO, LEAVE, HOME = Stage(1, 45), Stage(1, 40), Stage(1, 155)
 STAGES = (MIDDLE, ABOVE, DOWN, GRIP, UP, CARRY, LOWER, LET_GO, LEAVE, HOME)
 """A held pose makes the arm rush, so what may be in its grip is moved by many small ones."""
 
