@@ -14,6 +14,7 @@ from real_bench.controller import Controller, State
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.real_g.babble import Babble
 from real_bench.real_g.hand import deed_of
 from real_bench.real_g.perception import Perception
 from real_bench.real_g.planner import Choice, Planner
@@ -163,7 +164,10 @@ class RealG(Controller):
         if self._play.due(n) > self._play.lesson:
             self._learn(self._play.due(n))
         rows = self._perception.rows(self._n_seen - 1)
-        numbers = self._play.next_numbers(rows[0], self._random)
+        if np.isnan(rows[0]).all():  # nothing is seen, or nothing known that could be
+            numbers = self._babble.next_numbers(self._random)
+        else:
+            numbers = self._play.next_numbers(rows[0], self._random)
         self._numbers.append(numbers)
         self._preconditions.append(self._n_seen - 1)
         self._perception.act(self._deed.path(numbers))
@@ -174,6 +178,8 @@ class RealG(Controller):
         self._n_seen += 1
         if len(self._preconditions) > len(self._outcomes):  # it acted: this is what came of it
             self._outcomes.append(self._n_seen - 1)
+            if self._perception.changed():
+                self._babble.did(self._numbers[-1])
             self._watch(self._perception.rows(self._n_seen - 2), -1)
 
     def _watch(self, rows: Array, action: int) -> None:
@@ -210,6 +216,7 @@ class RealG(Controller):
         """Begin with an empty memory; the seed is of all that is learned."""
         self._seed = seed
         self._play = Play(self._deed, self._play_settings, seed)
+        self._babble = Babble(self._deed)
         self._numbers: list[Array] = []
         self._preconditions: list[int] = []
         self._outcomes: list[int] = []

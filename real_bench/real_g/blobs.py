@@ -99,7 +99,9 @@ def _blob(image: NDArray[np.uint8], inside: NDArray[np.bool_], left: int, top: i
     rows, columns = np.nonzero(inside)
     points = np.column_stack([columns, rows]).astype(np.float64)
     place = points.mean(axis=0)
-    spread, axes = np.linalg.eigh(np.cov(points.T) + np.eye(2) / 12)  # a pixel has a width, too
+    spread, axes = np.linalg.eigh(
+        np.cov(points.T, bias=True) + np.eye(2) / 12
+    )  # a pixel has a width, too
     counts = np.bincount(colours_of(image[rows, columns]), minlength=N_COLOURS)
     return Blob(
         place=place + np.array([left, top]),

@@ -7,6 +7,7 @@ learned from the same images.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import Any
 
@@ -37,6 +38,10 @@ class Foreground:
 
     Args:
         random: for which images are kept.
+
+    Attributes:
+        change: by how much the last image differed from the one before it; 1 is as much as two
+            images with things at other places usually do.
     """
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -46,8 +51,15 @@ class Foreground:
         self._last: NDArray[np.int16] | None = None
         self._n_worth = 0
         self._usual = 0.0
+        self.change = 0.0
         self._background: NDArray[np.int16] | None = None
         self._flicker: NDArray[np.int16] | None = None
+
+    def __deepcopy__(self, memo: object) -> Foreground:
+        twin = copy.copy(self)  # images are never written to, so copies may share them
+        twin._kept, twin._small = list(self._kept), list(self._small)
+        twin._random = copy.deepcopy(self._random)
+        return twin
 
     @property
     def is_known(self) -> bool:
@@ -57,7 +69,9 @@ class Foreground:
     def add(self, image: Image) -> bool:
         """Look at the next image, (height, width, 3); returns whether anything has changed."""
         small = cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA).astype(np.int16)
-        if self._last is not None and _changed(small, self._last) == 0:
+        n_changed = 0 if self._last is None else _changed(small, self._last)
+        self.change = n_changed / max(self._usual, 1.0)
+        if self._last is not None and n_changed == 0:
             return False
         self._last = small
         distances = [_changed(small, other) for other in self._small]

@@ -34,17 +34,13 @@ FEWEST_MOVED = 13
 SEARCH_SAMPLES = 400
 """It searches from everywhere with no more than so many, half of them of things that moved."""
 
-PRICE = 1.5
-"""How much better than by chance a map must explain what was seen, as a share of what its numbers
-cost by the Bayesian information criterion; at 1 some of the earliest maps are wrong."""
-
 POINTS = 24
 """A path is taken as so many points."""
 
 IN_REACH = (-3.0, 3.0)
 """What was touched is not far out of reach, and neither are things that were seen beside it."""
 
-BOUNDS = [IN_REACH] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, 0), (-0.5, 0.5)]
+BOUNDS = [IN_REACH] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, -1), (-0.5, 0.5)]
 """Of the parameters of a fit, in the order that :class:`_Problem` tells."""
 
 TINY = 1e-9
@@ -183,13 +179,13 @@ class _Problem:
             self._height = (heights - heights.min()) / max(float(np.ptp(heights)), TINY)
         after = (seen.after[seen.moved] - self._mean) / self._spread
         self._after = np.column_stack([np.ones(len(after)), after])
-        self._elsewhere = _cauchy(after - places[seen.moved])
+        self._elsewhere = (_cauchy(after - places[seen.moved]) + _normal(after)) / 2
         self._end = points[seen.moved, -1]
         way = self._end - points[seen.moved, 0]
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), TINY)
         n, k = len(seen), int(seen.moved.sum())
         self.chance = -_xlogx(k, n) - _xlogx(n - k, n) - float(np.log(self._elsewhere).sum())
-        self.price = PRICE * 13 / 2 * np.log(max(n, 2))
+        self.price = 13 / 2 * np.log(max(n, 2))  # Bayesian information criterion
 
     def search(self, random: np.random.Generator) -> list[Array]:
         """Where to begin: the best from every turn of the image, and mirrored, by few samples."""
@@ -274,7 +270,7 @@ class _Problem:
         return -float(np.log(likely).sum()), gradient
 
     def _ends(self, parameters: Array) -> tuple[float, Array]:
-        """A share ends near the end of the path, the rest not far from where it began."""
+        """A share ends near the end of the path, the rest near where it began or anywhere."""
         scaled, (logit, spread, ahead) = parameters[:6].reshape(3, 2), parameters[10:]
         share, variance = 1 / (1 + np.exp(-logit)), np.exp(2 * spread)
         offset = _times(self._after, scaled) - self._end - ahead * self._ahead
@@ -299,6 +295,16 @@ def _cauchy(ways: Array) -> Array:
     lengths = np.linalg.norm(ways, axis=1)
     usual = max(float(np.median(lengths)) / np.sqrt(3), TINY) if len(lengths) else 1.0
     return np.asarray(usual / (2 * np.pi * (usual**2 + lengths**2) ** 1.5))
+
+
+def _normal(places: Array) -> Array:
+    """How likely each of (n, 2) places is, if they are normally distributed, (n,)."""
+    if len(places) < 3:
+        return np.zeros(len(places))
+    away = places - places.mean(axis=0)
+    covariance = np.cov(away.T) + TINY * np.eye(2)
+    squared = (away @ np.linalg.inv(covariance) * away).sum(axis=1)
+    return np.asarray(np.exp(-squared / 2) / (2 * np.pi * np.sqrt(np.linalg.det(covariance))))
 
 
 def _times(one: Array, other: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from typing import Any
 
@@ -23,6 +24,9 @@ FIRST_LESSON = 4
 
 GROWTH = 1.25
 """It learns anew when there are so many times more of them than at the last lesson."""
+
+SOME_CHANGE = 0.125
+"""A smaller part of the usual difference between two images may be flicker."""
 
 IMAGE_SIZE = (320, 240)
 """Width and height of a retina."""
@@ -59,10 +63,20 @@ class ImageObjects:
         self._pictures: list[NDArray[np.uint8]] = []  # distinct ones, packed
         self._blobs: list[list[Blob]] = []
         self._places = np.zeros((0, 0, 2))  # of things in these, pixels
+        self._change = 0.0
         self._moments: list[int] = []  # which of them was seen when
         self._paths: dict[int, Array] = {}  # by the moment that each began at
         self._next_lesson = FIRST_LESSON
         self._n_lessons = 0
+
+    def __deepcopy__(self, memo: object) -> ImageObjects:
+        twin = copy.copy(self)  # what is remembered never changes, so copies may share it
+        twin._pictures, twin._blobs = list(self._pictures), list(self._blobs)
+        twin._moments, twin._paths = list(self._moments), dict(self._paths)
+        twin._foreground = copy.deepcopy(self._foreground)
+        twin._looks, twin._ground = copy.deepcopy(self._looks), copy.deepcopy(self._ground)
+        twin._hand_eye = copy.deepcopy(self._hand_eye)
+        return twin
 
     @property
     def n_lessons(self) -> int:
@@ -95,6 +109,10 @@ class ImageObjects:
         """
         self._paths[len(self._moments) - 1] = along(np.asarray(path, np.float64))
 
+    def changed(self) -> bool:
+        """Whether more than flicker has changed at the last moment."""
+        return self._change > SOME_CHANGE
+
     def forget(self) -> None:
         """Begin with an empty memory, on the ground that is known."""
         ground = self._ground
@@ -103,7 +121,9 @@ class ImageObjects:
 
     def remember(self, image: Image | None) -> None:
         """The next moment of a play, without learning from it; as in :meth:`see`."""
+        self._change = 0.0
         if image is not None and self._foreground.add(image):
+            self._change = self._foreground.change
             self._pictures.append(_packed(image))
             if self._foreground.is_known:
                 blobs, places = self._find(image)

@@ -31,6 +31,9 @@ class Perception(Protocol):
     def act(self, path: Array | None) -> None:
         """The hand will now pass these points."""
 
+    def changed(self) -> bool:
+        """Whether what was seen at the last moment differs from the moment before."""
+
     def recall(self, experience: Experience, path_of: PathOf) -> None:
         """Begin anew with all of a play."""
 
@@ -65,6 +68,10 @@ class SeenPoses:
 
     def act(self, path: Array | None) -> None:
         """It does not matter here."""
+
+    def changed(self) -> bool:
+        """Whether any object moved or turned."""
+        return len(self._rows) > 1 and not np.array_equal(self._rows[-1], self._rows[-2])
 
     def recall(self, experience: Experience, path_of: PathOf) -> None:
         """Keep the rows of all states."""

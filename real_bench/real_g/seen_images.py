@@ -38,6 +38,10 @@ class SeenImages:
         if path is not None:
             self._objects.act(path)
 
+    def changed(self) -> bool:
+        """Whether more than flicker has changed."""
+        return self._objects.changed()
+
     def recall(self, experience: Experience, path_of: Callable[[Action], Array | None]) -> None:
         """Begin anew with all of a play; raises RecordingError."""
         home = iter(is_home(experience.joint_positions).tolist())

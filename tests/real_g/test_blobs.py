@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from real_bench.real_g.blobs import N_COLOURS, colours_of, find_blobs, split_blobs
+from tests.real_g.pictures import BLUE, RED, SIDE, painted, table
+
+
+@given(
+    column=st.integers(0, 250),
+    row=st.integers(0, 200),
+    across=st.integers(3, 40),
+    down=st.integers(3, 30),
+)
+def test_a_patch_is_where_it_is_and_as_large_as_it_is(
+    column: int, row: int, across: int, down: int
+) -> None:
+    marked = np.zeros((240, 320), bool)
+    marked[row : row + down, column : column + across] = True
+    (blob,) = find_blobs(table(), marked)
+    np.testing.assert_allclose(blob.place, [column + (across - 1) / 2, row + (down - 1) / 2])
+    assert blob.size == across * down
+    longer, broad = max(across, down), min(across, down)
+    np.testing.assert_allclose(blob.stretch, longer / broad)
+    if across != down:
+        upright = abs(np.sin(blob.axis)) > 0.5
+        assert upright == (down > across)
+
+
+def test_the_largest_comes_first_and_specks_do_not_count() -> None:
+    marked = np.zeros((240, 320), bool)
+    marked[10:20, 10:20] = marked[50:90, 50:90] = True
+    marked[200, 200] = True
+    assert [blob.size for blob in find_blobs(table(), marked)] == [1600, 100]
+
+
+def test_things_that_touch_are_parted_by_their_colours() -> None:
+    places = np.array([[100, 100], [100 + SIDE, 104]])
+    image = painted(places, (RED, BLUE))
+    marked = (image != table()).any(axis=2)
+    looks = np.full((2, N_COLOURS), 1e-4)
+    for look, colour in zip(looks, (RED, BLUE), strict=True):
+        look[colours_of(np.array(colour, np.uint8))] = 1
+    (merged,) = find_blobs(image, marked)
+    assert merged.size == 2 * SIDE**2
+    for part, place in zip(split_blobs(image, marked, looks), places, strict=True):
+        assert part is not None
+        np.testing.assert_allclose(part.place, place + (SIDE - 1) / 2, atol=1.5)
+
+
+def test_what_is_not_there_has_no_part() -> None:
+    marked = np.zeros((240, 320), bool)
+    assert split_blobs(table(), marked, np.ones((2, N_COLOURS))) == [None, None]

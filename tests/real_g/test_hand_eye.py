@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import check_grad
+
+from real_bench.errors import RealBenchError
+from real_bench.real_g.hand_eye import Contingencies, HandEye, _Problem, along
+
+LOW, HIGH = np.array([-0.25, -0.5]), np.array([0.05, 0.5])
+
+
+def world(n: int, turn: float, mirror: bool, seed: int, chance: bool = False) -> tuple:
+    """Things near which the hand passes are pushed to its end; with a camera that looks askew."""
+    random = np.random.default_rng(seed)
+    c, s = np.cos(turn), np.sin(turn)
+    linear = 0.006 * np.array([[c, s], [-s, c]]) @ np.diag([1.0, -1.1 if mirror else 1.1])
+    xy = random.uniform(LOW, HIGH, (n, 2))
+    ends = random.uniform(LOW, HIGH, (n, 2, 2))
+    paths = np.array([along(path) for path in ends])
+    way = ends[:, 1] - ends[:, 0]
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    moved = np.linalg.norm(paths - xy[:, None], axis=2).min(axis=1) < 0.06
+    if chance:
+        moved = random.random(n) < 0.2
+    late = random.random(n)[:, None] < 0.5  # half of them are lost on the way
+    after = np.where(late, xy + 0.3 * (ends[:, 1] - xy), ends[:, 1] + 0.05 * way)
+    after = np.where(moved[:, None], after + random.normal(0, 0.01, (n, 2)), xy)
+    inverse = np.linalg.inv(linear)
+    offset = random.uniform(LOW, HIGH)
+    return Contingencies((xy - offset) @ inverse, (after - offset) @ inverse, paths, moved), xy
+
+
+@settings(max_examples=12)
+@given(turn=st.floats(0, 2 * np.pi), mirror=st.booleans(), seed=st.integers(0, 1000))
+def test_a_camera_is_found_whatever_way_it_looks(turn: float, mirror: bool, seed: int) -> None:
+    seen, xy = world(400, turn, mirror, seed)
+    hand_eye = HandEye(LOW, HIGH)
+    assert hand_eye.fit(seen, np.random.default_rng(0))
+    errors = np.linalg.norm(hand_eye.xy(seen.before) - xy, axis=1)
+    assert np.median(errors) < 0.02
+    assert hand_eye.scale == pytest.approx(0.0063, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_from_chance_nothing_is_learned(seed: int) -> None:
+    seen, _ = world(300, 1.0, False, seed, chance=True)
+    random = np.random.default_rng(seed)
+    shuffled = Contingencies(
+        seen.before, seen.before[random.permutation(300)], seen.paths, seen.moved
+    )
+    hand_eye = HandEye(LOW, HIGH)
+    assert not hand_eye.fit(shuffled, random)
+    assert np.isnan(hand_eye.xy(seen.before)).all()
+
+
+def test_the_gradient_is_that_of_the_cost() -> None:
+    seen, _ = world(200, 0.4, True, 3)
+    heights = np.random.default_rng(0).uniform(0.4, 0.6, (200, 24, 1))
+    seen = Contingencies(
+        seen.before, seen.after, np.concatenate([seen.paths, heights], axis=2), seen.moved
+    )
+    problem = _Problem(seen, (LOW + HIGH) / 2, 0.5)
+    start = problem._start(np.array([[0.1, 0.2], [0.5, 0.3], [-0.2, 0.6]]))
+    error = check_grad(lambda x: problem.cost(x)[0], lambda x: problem.cost(x)[1], start)
+    assert error < 1e-3 * np.linalg.norm(problem.cost(start)[1])
+
+
+def test_a_map_that_explains_nothing_any_more_is_given_up() -> None:
+    hand_eye = HandEye(LOW, HIGH)
+    assert hand_eye.fit(world(400, 0.5, False, 1)[0], np.random.default_rng(0))
+    chance, _ = world(400, 0.5, False, 2, chance=True)
+    shuffled = Contingencies(chance.before, chance.before[::-1].copy(), chance.paths, chance.moved)
+    assert not hand_eye.fit(shuffled, np.random.default_rng(0))
+
+
+def test_a_state_has_the_map() -> None:
+    seen, _ = world(400, 0.5, False, 1)
+    hand_eye, heir = HandEye(LOW, HIGH), HandEye(LOW, HIGH)
+    heir.set_state(hand_eye.get_state())
+    assert not heir.is_known
+    hand_eye.fit(seen, np.random.default_rng(0))
+    heir.set_state(hand_eye.get_state())
+    np.testing.assert_array_equal(heir.xy(seen.before), hand_eye.xy(seen.before))
+
+
+@given(n=st.integers(2, 40), seed=st.integers(0, 99))
+def test_points_along_a_path_begin_and_end_with_it(n: int, seed: int) -> None:
+    corners = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
+    points = along(corners, n)
+    assert points.shape == (n, 3)
+    np.testing.assert_allclose(points[[0, -1]], corners[[0, -1]])
+
+
+def test_what_does_not_fit_together_is_refused() -> None:
+    with pytest.raises(RealBenchError, match="contingencies need"):
+        Contingencies(np.zeros((3, 2)), np.zeros((2, 2)), np.zeros((3, 5, 2)), np.zeros(3, bool))
