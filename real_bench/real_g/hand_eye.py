@@ -23,7 +23,10 @@ from real_bench.errors import RealBenchError
 Array = NDArray[np.float64]
 
 TURNS = 8
-"""How many turns of the image, each also mirrored, a fit begins with."""
+"""How many turns of the image, each also mirrored, a search begins with."""
+
+GUESSES = 300
+"""And how many maps by three things that moved."""
 
 MOST_SAMPLES = 3000
 """Fits take no more than so many samples, drawn evenly."""
@@ -33,6 +36,10 @@ FEWEST_MOVED = 13
 
 SEARCH_SAMPLES = 400
 """It searches from everywhere with no more than so many, half of them of things that moved."""
+
+PRICE = 1.5
+"""How much better than chance a map must explain what was seen, in units of what its numbers cost
+by the Bayesian information criterion. That takes samples as independent, which they are not."""
 
 POINTS = 24
 """A path is taken as so many points."""
@@ -185,18 +192,32 @@ class _Problem:
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), TINY)
         n, k = len(seen), int(seen.moved.sum())
         self.chance = -_xlogx(k, n) - _xlogx(n - k, n) - float(np.log(self._elsewhere).sum())
-        self.price = 13 / 2 * np.log(max(n, 2))  # Bayesian information criterion
+        self.price = PRICE * 13 / 2 * np.log(max(n, 2))
 
     def search(self, random: np.random.Generator) -> list[Array]:
-        """Where to begin: the best from every turn of the image, and mirrored, by few samples."""
+        """Where to begin: the best of what may be, judged by few samples.
+
+        Every turn of the image may be, and mirrored; and whatever puts three things that moved on
+        the hand's paths, or where it ended.
+        """
         few = self._thinned(random)
-        rough = []
-        for turn in np.arange(TURNS) * 2 * np.pi / TURNS:
-            c, s = np.cos(turn), np.sin(turn)
-            for mirror in (1.0, -1.0):
-                linear = 0.4 * np.array([[c, s], [-s * mirror, c * mirror]])
-                rough.append(few.solved(self._start(np.vstack([np.zeros(2), linear])), 40))
+        maps = [*_turns(), *(few.guess(random) for _ in range(GUESSES))]
+        likely = [known for known in maps if np.abs(known).max() < IN_REACH[1]]
+        starts = sorted((self._start(known) for known in likely), key=lambda x: few.cost(x)[0])
+        rough = [few.solved(start, 40) for start in starts[:8]]
         return [x for _, x in sorted(rough, key=lambda found: found[0])[:3]]
+
+    def guess(self, random: np.random.Generator) -> Array:
+        """The map that puts three things that moved where the hand was, (3, 2)."""
+        moved = np.flatnonzero(self._moved)
+        three = random.choice(len(moved), 3, replace=False)
+        if random.random() < 0.5:
+            places, points = self._after[three], self._end[three]
+        else:
+            places, rows = self._before[moved[three]], moved[three]
+            at = random.integers(self._x.shape[1], size=3)
+            points = np.column_stack([self._x[rows, at], self._y[rows, at]])
+        return np.asarray(np.linalg.pinv(places) @ points)
 
     def start_at(self, known: Array) -> Array:
         """From a map in metres."""
@@ -305,6 +326,15 @@ def _normal(places: Array) -> Array:
     covariance = np.cov(away.T) + TINY * np.eye(2)
     squared = (away @ np.linalg.inv(covariance) * away).sum(axis=1)
     return np.asarray(np.exp(-squared / 2) / (2 * np.pi * np.sqrt(np.linalg.det(covariance))))
+
+
+def _turns() -> list[Array]:
+    """Maps of every turn, and mirrored, (3, 2) each."""
+    maps = []
+    for turn in np.arange(TURNS) * 2 * np.pi / TURNS:
+        c, s = np.cos(turn), np.sin(turn)
+        maps += [0.4 * np.array([[0, 0], [c, s], [-s * m, c * m]]) for m in (1.0, -1.0)]
+    return maps
 
 
 def _times(one: Array, other: Array) -> Array:

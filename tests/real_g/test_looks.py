@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,9 +23,14 @@ def apart(n: int, seed: int) -> np.ndarray:
     return np.stack([random.integers(low, low + 50, (n, 2)) for low in (10, 90, 170)], axis=1)
 
 
+@functools.cache
+def few_blobs() -> list[list[Blob]]:
+    return [blobs_at(places) for places in apart(20, 0)]
+
+
 def learned() -> Looks:
     looks = Looks()
-    looks.learn([blobs_at(places) for places in apart(20, 0)])
+    looks.learn(few_blobs())
     return looks
 
 
