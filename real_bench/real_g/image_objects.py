@@ -96,10 +96,14 @@ class ImageObjects:
             depth: (240, 320) at the same moment, where it is at hand.
         """
         if image is not None and depth is not None:
-            self._ground.add(depth)
+            self.see_depth(depth)
         self.remember(image)
         if len(self._pictures) >= self._next_lesson:
             self.learn()
+
+    def see_depth(self, depth: NDArray[Any]) -> None:
+        """Learn of the ground from a depth image, (240, 320), the arm out of view."""
+        self._ground.add(depth)
 
     def act(self, path: Array) -> None:
         """From the last moment on the hand goes from corner to corner of a path.

@@ -56,14 +56,14 @@ def test_it_learns_to_see_an_object_by_pushing_it(builtin_scene: Scene, pushed: 
 
 
 @pytest.mark.parametrize("condition", [IM, IC], ids=["IM", "IC"])
-def test_the_same_seed_gives_the_same_play_cut_or_not(
+def test_the_same_seed_gives_the_same_play(
     builtin_scene: Scene, tmp_path: Path, condition: Condition
 ) -> None:
     paths = [tmp_path / "1.h5", tmp_path / "2.h5"]
     for path in paths:
         phase = IntrinsicPhase("real_g", condition, 1, builtin_scene, 6500, 2, path, settings=SMALL)
         phase.run(ignore)
-    np.testing.assert_array_equal(commands(paths[0]), commands(paths[1]))
+    assert commands(paths[0]).tobytes() == commands(paths[1]).tobytes()  # NaN included
 
 
 def test_a_play_goes_on_from_its_recording(
@@ -81,7 +81,7 @@ def test_a_play_goes_on_from_its_recording(
     task.close()
 
 
-def test_its_tests_are_the_same_with_two_processes_and_after_learning_anew(
+def test_its_tests_are_the_same_with_two_processes(
     builtin_scene: Scene, pushed: Path, tmp_path: Path
 ) -> None:
     goals = generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 2})
