@@ -43,7 +43,8 @@ class DeedMemory:
         points[:, self._relation.deed.end] = 0  # where it goes is another matter
         k = min(self._neighbours, len(points))
         away, near = cKDTree(points).query(points, k)
-        away, near = away.reshape(len(points), k), near.reshape(len(points), k)
+        away = np.reshape(away, (len(points), k))
+        near = np.reshape(near, (len(points), k))
         width = np.maximum(away[:, -1:] / 2, np.finfo(float).tiny)
         weights = np.exp(-((away / width) ** 2) / 2)
         smoothed = (weights * success[near]).sum(axis=1) / weights.sum(axis=1)

@@ -83,7 +83,7 @@ class Relation:
         start = np.concatenate([before[:, :2] + self.way(numbers), before[:, 2:3]], axis=1)
         start = start.reshape(len(before), *[1] * extra, 3)
         flat = turned(outcomes[..., :2], angle)
-        return start + np.concatenate([flat, outcomes[..., 2:]], axis=-1)
+        return np.asarray(start + np.concatenate([flat, outcomes[..., 2:]], axis=-1))
 
     def stays(self, numbers: Array) -> Array:
         """The outcome of actions that move nothing, (n, 3)."""
