@@ -173,6 +173,17 @@ class RealG(Controller):
         self._perception.act(self._deed.path(numbers))
         return self._deed.action(numbers)
 
+    def _begin(self, seed: int) -> None:
+        """Begin with an empty memory; the seed is of all that is learned."""
+        self._seed = seed
+        self._play = Play(self._deed, self._play_settings, seed)
+        self._babble = Babble(self._deed)
+        self._numbers: list[Array] = []
+        self._preconditions: list[int] = []
+        self._outcomes: list[int] = []
+        self._n_seen = 0  # moments of the play
+        self._over = False
+
     def _see(self, observation: Mapping[str, Any]) -> None:
         self._perception.see(observation)
         self._n_seen += 1
@@ -211,14 +222,3 @@ class RealG(Controller):
     def _path_of(self, action: Action) -> Array | None:
         numbers = self._deed.numbers(action)
         return None if numbers is None else self._deed.path(numbers)
-
-    def _begin(self, seed: int) -> None:
-        """Begin with an empty memory; the seed is of all that is learned."""
-        self._seed = seed
-        self._play = Play(self._deed, self._play_settings, seed)
-        self._babble = Babble(self._deed)
-        self._numbers: list[Array] = []
-        self._preconditions: list[int] = []
-        self._outcomes: list[int] = []
-        self._n_seen = 0  # moments of the play
-        self._over = False

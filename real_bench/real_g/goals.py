@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
@@ -47,7 +49,7 @@ class OwnGoals:
 
     def draw(self, random: np.random.Generator) -> Array:
         """A place, (2,); anywhere while no object has been seen."""
-        around = np.ones((2 * self._beyond + 1,) * 2)
+        around = np.ones((2 * self._beyond + 1,) * 2, bool)
         reachable = binary_dilation(self._been, around) if self._been.any() else None
         cells = np.argwhere(np.ones_like(self._been) if reachable is None else reachable)
         interest = np.array([self.interest(int(x), int(y)) for x, y in cells])
@@ -60,7 +62,7 @@ class OwnGoals:
         n = len(history)
         earlier, later = history[: n // 2], history[n // 2 :]
         progress = abs(float(np.mean(later)) - float(np.mean(earlier))) if n > 1 else 0.0
-        return progress + 1 / np.sqrt(n + 1)
+        return progress + 1 / math.sqrt(n + 1)
 
     def _cell(self, places: Array) -> NDArray[np.int64]:
         cells = np.floor((np.asarray(places) - self._low) / self._size).astype(np.int64)

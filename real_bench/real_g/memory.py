@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -14,24 +17,40 @@ FARTHEST, NEAREST = 0.5, 0.005
 """Variation in shares of a number's range: drawn between these, each order as often."""
 
 
+SITUATION = 5
+
+
 class DeedMemory:
     """The best of what was done to an object, by the success of neighbours in action space.
 
     A single lucky outcome says little; so the success of each action is smoothed over the actions
-    most like it.
+    most like it. And what is easy at one place is hard at another; so kept is what went better
+    than most of what was done in a like situation: from where, to where.
 
     Args:
         relation: of actions to objects.
         size: the most actions that are kept for reuse.
         share: of all actions that are kept, at most.
         neighbours: over how many success is smoothed.
+        situations: with how many in a like situation each is compared.
+        rivals: so many remembered actions are drawn, of which that of the most like situation is
+            varied.
     """
 
     def __init__(
-        self, relation: Relation, size: int = 200, share: float = 0.1, neighbours: int = 8
+        self,
+        relation: Relation,
+        size: int = 400,
+        share: float = 0.1,
+        neighbours: int = 8,
+        situations: int = 40,
+        rivals: int = 4,
     ) -> None:
         self._relation, self._neighbours = relation, neighbours
         self._size, self._share = size, share
+        self._situations, self._rivals = situations, rivals
+        self._where = np.empty((0, SITUATION))
+        self._unit = np.ones(SITUATION)
         deed = relation.deed
         self._range = deed.high - deed.low
         self.kept = np.empty((0, len(deed.low)))
@@ -43,13 +62,35 @@ class DeedMemory:
         points[:, self._relation.deed.end] = 0  # where it goes is another matter
         k = min(self._neighbours, len(points))
         away, near = cKDTree(points).query(points, k)
-        away, near = away.reshape(len(points), k), near.reshape(len(points), k)
+        away = np.reshape(away, (len(points), k))
+        near = np.reshape(near, (len(points), k))
         width = np.maximum(away[:, -1:] / 2, np.finfo(float).tiny)
         weights = np.exp(-((away / width) ** 2) / 2)
         smoothed = (weights * success[near]).sum(axis=1) / weights.sum(axis=1)
         n_kept = min(self._size, max(k, int(self._share * len(points))))
-        best = np.argsort(-smoothed, kind="stable")[:n_kept]
-        self.kept = told[best]
+        where = self._situation(rows, numbers[:, self._relation.deed.end])
+        spread = where.std(axis=0)
+        self._unit = np.where(spread > 0, spread, 1.0)
+        alike = min(self._situations, len(points))
+        _, others = cKDTree(where / self._unit).query(where / self._unit, alike)
+        others = np.reshape(others, (len(points), alike))
+        rank = (smoothed[others] < smoothed[:, None]).mean(axis=1)
+        best = np.lexsort([-smoothed, -rank])[:n_kept]
+        self.kept, self._where = told[best], where[best]
+
+    def get_state(self) -> dict[str, Any]:
+        """What is kept."""
+        return {"kept": self.kept, "where": self._where, "unit": self._unit}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with what is kept."""
+        self.kept = np.asarray(state["kept"], np.float64)
+        self._where = np.asarray(state["where"], np.float64)
+        self._unit = np.asarray(state["unit"], np.float64)
+
+    def _situation(self, rows: Array, ends: Array) -> Array:
+        """Where objects are and where the hand is to end, (n, SITUATION)."""
+        return np.concatenate([rows[:, :3], ends], axis=1)
 
     def told(self, rows: Array, numbers: Array) -> Array:
         """Actions' numbers with the start told from the object, in the hand's frame."""
@@ -64,7 +105,11 @@ class DeedMemory:
         Each number of each is varied or not; how far, is drawn anew for each action.
         """
         deed, n = self._relation.deed, len(ends)
-        told = self.kept[random.integers(len(self.kept), size=n)]
+        drawn_of = random.integers(len(self.kept), size=(n, self._rivals))
+        here = self._situation(np.tile(row, (n, 1)), ends)
+        away = (self._where[drawn_of] - here[:, None]) / self._unit
+        nearest = (away**2).sum(axis=2).argmin(axis=1)
+        told = self.kept[drawn_of[np.arange(n), nearest]]
         far = scale(n, random)[:, None] * (random.random(told.shape) < 0.5)
         told = told + random.normal(size=told.shape) * far * self._range
         if deed.turn is not None:  # the object may be turned otherwise than it was

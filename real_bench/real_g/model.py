@@ -89,7 +89,7 @@ class OutcomeModel:
 
     def __init__(self, seed: int, scale: float, pairs: int = 2) -> None:
         self._scale, self._pairs = scale, pairs
-        self._networks = Ensemble(seed, 2 * pairs * (1 + 2 * SIZE), hidden=96, batch=256)
+        self._networks = Ensemble(seed, 2 * pairs * (1 + 2 * SIZE), hidden=96, batch=64)
 
     @property
     def trained(self) -> bool:

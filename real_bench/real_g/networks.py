@@ -21,7 +21,7 @@ Loss = Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
 
 Layers = list[tuple[torch.Tensor, torch.Tensor]]
 
-RATE, DECAY = 2e-3, 1e-3
+RATE, DECAY = 2e-3, 5e-2
 CHECKS = 25
 MOST_CHECKED = 1000
 OUTLYING = 10.0

@@ -98,11 +98,11 @@ class Play:
         for o, skill in enumerate(self.skills):
             known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
             mine = (about == o) & known & ~np.isnan(numbers).any(axis=1)
+            went = before[mine, o], after[mine, o], numbers[mine]
             s = self._settings
-            steps = int(np.clip(s.steps * mine.sum(), s.fewest_steps, s.most_steps))
-            skill.learn(before[mine, o], after[mine, o], numbers[mine], steps)
+            skill.learn(*went, int(np.clip(s.steps * mine.sum(), s.fewest_steps, s.most_steps)))
             if last:
-                skill.learn_outcomes(before[mine, o], after[mine, o], numbers[mine], s.last_steps)
+                skill.learn_outcomes(*went, s.last_steps)
 
     def recover(self, skills: Sequence[Mapping[str, Any]], lesson: int) -> None:
         """Go on with what was learned from so many actions."""

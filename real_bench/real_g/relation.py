@@ -27,6 +27,7 @@ class Relation:
     def __init__(self, deed: Deed) -> None:
         self.deed = deed
         places = {*deed.start, *deed.end, deed.turn}
+        self._fine = FINE * float((deed.high - deed.low)[list(deed.start)].mean())
         self._others = [i for i in range(len(deed.low)) if i not in places]
 
     def features(self, rows: Array, numbers: Array) -> Array:
@@ -42,7 +43,7 @@ class Relation:
         others = numbers[:, self._others]
         parts = [
             offset,
-            np.arcsinh(offset * FINE),
+            np.arcsinh(offset / self._fine),
             rows[:, :3],
             turned(way, -angle),
             way,
@@ -83,7 +84,7 @@ class Relation:
         start = np.concatenate([before[:, :2] + self.way(numbers), before[:, 2:3]], axis=1)
         start = start.reshape(len(before), *[1] * extra, 3)
         flat = turned(outcomes[..., :2], angle)
-        return start + np.concatenate([flat, outcomes[..., 2:]], axis=-1)
+        return np.asarray(start + np.concatenate([flat, outcomes[..., 2:]], axis=-1))
 
     def stays(self, numbers: Array) -> Array:
         """The outcome of actions that move nothing, (n, 3)."""
@@ -99,9 +100,11 @@ class Relation:
         return following(np.linalg.norm(left, axis=1), np.linalg.norm(self.way(numbers), axis=1))
 
 
-FINE = 50.0
+FINE = 0.03
+"""Offsets are told twice: once so that those below this share of the range are told apart."""
 
 SHARP = 3
+"""Power of the share that is followed: to follow all the way is worth much more than in part."""
 
 
 def following(left: Array, way: Array) -> Array:

@@ -93,9 +93,14 @@ class Skill:
 
     def get_state(self) -> dict[str, Any]:
         """What it has learned."""
-        return {"kept": self.memory.kept, "model": self.model.get_state()}
+        return {
+            "memory": self.memory.get_state(),
+            "contingency": self.contingency.get_state(),
+            "model": self.model.get_state(),
+        }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on with what it has learned."""
-        self.memory.kept = np.asarray(state["kept"], np.float64)
+        self.memory.set_state(state["memory"])
+        self.contingency.set_state(state["contingency"])
         self.model.set_state(state["model"])

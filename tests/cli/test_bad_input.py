@@ -52,7 +52,8 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
     [
         (
             ("--controller", "real_x"),
-            "unknown controller 'real_x': use one of real_d, real_ild, real_ld, real_r, real_t",
+            "unknown controller 'real_x': use one of real_d, real_g, real_ild, real_ld, real_r, "
+            "real_t",
         ),
         (("--controller", "none.py"), "none.py does not exist"),
         (("--controller", "broken.py"), "broken.py, line 2: expected ':'"),

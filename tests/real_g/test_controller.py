@@ -64,7 +64,8 @@ def test_the_same_seed_gives_the_same_play(
     builtin_scene: Scene, tmp_path: Path, played: Path
 ) -> None:
     again = play(builtin_scene, condition_of(played), tmp_path / "again.h5", CUT)
-    np.testing.assert_array_equal(commands(again), commands(played))
+    for name in ("command", "n_steps"):  # of which a row of NaN is a rest
+        np.testing.assert_array_equal(commands(again)[name], commands(played)[name])
 
 
 def test_who_recalls_a_play_knows_what_who_lived_it_knows(

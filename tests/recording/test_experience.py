@@ -21,6 +21,9 @@ def test_it_tells_the_triplets(cut_path: Path, cut_run: Recording) -> None:
     positions = cut_run.object_poses[:, :, :3]
     np.testing.assert_array_equal(experience.positions_before(), positions[rows["precondition"]])
     np.testing.assert_array_equal(experience.positions_after(), positions[rows["outcome"]])
+    turns = cut_run.object_poses[:, :, 3:]
+    np.testing.assert_array_equal(experience.orientations_before(), turns[rows["precondition"]])
+    np.testing.assert_array_equal(experience.orientations_after(), turns[rows["outcome"]])
     np.testing.assert_array_equal(experience.joint_positions, cut_run.states["joint_positions"])
     np.testing.assert_array_equal(experience.map_images(np.array), images)
     for i, row in enumerate(rows):
@@ -44,7 +47,12 @@ def test_a_copy_in_another_process_tells_the_same(cut_path: Path) -> None:
 def test_a_test_with_images_gets_no_positions(cut_path: Path) -> None:
     experience = Experience(cut_path, IM)
     assert experience.image_before(0).any()
-    for positions in (experience.positions_before, experience.positions_after):
+    for positions in (
+        experience.positions_before,
+        experience.positions_after,
+        experience.orientations_before,
+        experience.orientations_after,
+    ):
         with pytest.raises(RecordingError, match="no positions"):
             positions()
     assert not any(np.shape(value)[1:] == (2, 7) for value in vars(experience).values())
