@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
 from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.spec import Cell, Spec
@@ -25,6 +26,7 @@ class Row:
         n_asked: how many repeats.
         seeds: of the repeats that are done.
         files: their results.
+        control_version: of the way of control, in these; None while there are none.
         summary: of their scores; None while there are none.
     """
 
@@ -32,6 +34,7 @@ class Row:
     n_asked: int
     seeds: tuple[int, ...]
     files: tuple[Path, ...]
+    control_version: int | None
     summary: RepeatsSummary | None
 
     @property
@@ -40,6 +43,12 @@ class Row:
         if self.summary is None or self.cell.published is None:
             return None
         return self.summary.mean - self.cell.published.mean
+
+    @property
+    def is_of_earlier_control(self) -> bool:
+        """Whether the robot was moved by an earlier version of the way of control."""
+        now = Condition.parse(self.cell.condition).control_version
+        return self.control_version not in (None, now)
 
     @property
     def is_enough(self) -> bool:
@@ -53,6 +62,7 @@ class Row:
             "repeats": self.n_asked,
             "seeds_done": list(self.seeds),
             "files": [file.name for file in self.files],
+            "control_version": self.control_version,
             "summary": asdict(self.summary) if self.summary else None,
             "difference": self.difference,
             "enough_repeats_to_compare": self.is_enough,
@@ -77,19 +87,21 @@ def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
     files: list[Path] = []
     scores: list[list[float]] = []
     classes: list[str] = []
+    version = None
     for seed in spec.seeds(cell):
         repeat = list(_finished(agenda, agenda.scorings(cell, seed)))
         if len(repeat) < len(spec.goal_names(cell)):
             continue
         for task, result in repeat:
             alike.check(cell, task, result)
+            version = result.setting.control_version
         trials = [trial for _, result in repeat for trial in result.trials]
         scores.append([trial.score for trial in trials])
         classes = [trial.challenge for trial in trials]
         seeds.append(seed)
         files += [task.out for task, _ in repeat]
     summary = summarise_repeats(scores, classes) if scores else None
-    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), summary)
+    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), version, summary)
 
 
 def _finished(agenda: Agenda, tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:
@@ -112,6 +124,7 @@ class _Alike:
         setting = result.setting
         self._same(task, setting.scene_sha256, "scenes")
         self._same(task, setting.goals_sha256, "goals", task.goals.name)
+        self._same(task, setting.control_version, "versions of its control", cell.name)
         self._same(task, setting.settings, "settings", cell.name)
 
     def _same(self, task: ScoringTask, value: Any, what: str, *of: str) -> None:

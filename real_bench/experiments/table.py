@@ -113,6 +113,11 @@ def notes(rows: Sequence[Row]) -> list[str]:
     told = [LEGEND, *(f"{row.cell.name}: {row.cell.note}" for row in rows if row.cell.note)]
     if any(row.difference is not None and not row.is_enough for row in rows):
         told.append(f"{FEW} fewer than {ENOUGH_REPEATS} repeats: too few to compare")
+    if earlier := [row.cell.name for row in rows if row.is_of_earlier_control]:
+        told.append(
+            f"by an earlier version of their control (macros did not end exactly at their second "
+            f"point): {', '.join(earlier)}"
+        )
     if missing:
         asked = sum(row.n_asked for row in rows)
         told.append(f"{missing} of {asked} repeats are missing")

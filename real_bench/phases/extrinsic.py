@@ -151,6 +151,7 @@ class ExtrinsicPhase:
         run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,
+            control_version=plan.condition.control_version,
             objects=plan.goal_set.n_objects,
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,

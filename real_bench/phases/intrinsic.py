@@ -134,6 +134,7 @@ class IntrinsicPhase:
     def _header(self, identity: Identity) -> Header:
         return Header(
             condition=self.condition.name,
+            control_version=self.condition.control_version,
             objects=self.objects,
             object_names=self.scene.object_names(self.objects),
             scene=self.scene.name,

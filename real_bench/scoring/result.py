@@ -51,6 +51,7 @@ class Setting(_Record):
 
     Attributes:
         condition, objects, object_names, scene, scene_sha256: of the test.
+        control_version: of the way of control; 1 in results made before it was kept.
         controller, controller_sha256: as named by the user; hash of its file.
         settings: of the controller, whole; empty where it has none.
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
@@ -62,6 +63,7 @@ class Setting(_Record):
     """
 
     condition: Line
+    control_version: int = Field(1, ge=1, lt=2**31)
     objects: int
     object_names: tuple[Line, ...]
     scene: Line

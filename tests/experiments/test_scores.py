@@ -132,7 +132,11 @@ def test_settings_that_are_asked_for_must_be_those_of_the_result(
 
 @pytest.mark.parametrize(
     ("changes", "what"),
-    [({"scene_sha256": "8" * 64}, "scenes"), ({"settings": {"depth": 3}}, "settings")],
+    [
+        ({"scene_sha256": "8" * 64}, "scenes"),
+        ({"settings": {"depth": 3}}, "settings"),
+        ({"control_version": 2}, "versions of its control"),
+    ],
 )
 def test_what_differs_is_never_averaged(drawn: Spec, changes: dict[str, Any], what: str) -> None:
     keep(drawn, repeat=0)
