@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.guest import Guest, Host
+    from real_bench.phases.handover import Wanted
     from real_bench.phases.trial import TrialPlan
     from real_bench.recording import Header
     from real_bench.scoring.result import Result
@@ -94,6 +95,7 @@ def plan_trials(
     assignments: tuple[str, ...],
     run: Path | None,
     run_steps: int | None,
+    learned: Wanted | None,
     goals: Path | None,
     condition: str | None,
     objects: int | None,
@@ -149,6 +151,7 @@ def plan_trials(
         videos=video,
         pictures=pictures,
         explanations=explain,
+        wanted=learned,
         host=host,
     )
 

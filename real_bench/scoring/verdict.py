@@ -7,13 +7,13 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ResultError
-from real_bench.finding import shown_name
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, by_goal, compare
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import Interval, stratified_mean_interval
+from real_bench.source import shown_name
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml

@@ -14,12 +14,12 @@ from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.scores import rows_of
 from real_bench.experiments.state import State, state_of
 from real_bench.experiments.table import json_table, latex_table, markdown_table, notes
-from real_bench.finding import find_controller, source_sha256
 from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalHost
 from real_bench.recording import Recorder
 from real_bench.simulation import Scene, load_scene
+from real_bench.source import ControllerSource
 from tests.cli.shell import realbench
 from tests.experiments.conftest import WriteSpec
 from tests.scoring.bench import made
@@ -153,7 +153,7 @@ def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
     spec = read_spec(write_spec(cells=[{"controller": "mine.py", "condition": "OM"}]))
     spec.results_folder.mkdir()
     list(Agenda(spec).draw_goals())
-    sha256 = source_sha256(find_controller(str(tmp_path / "mine.py")))
+    sha256 = ControllerSource.of(str(tmp_path / "mine.py")).code_sha256
     keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
     assert rows_of(spec, Agenda(spec))[0].seeds == (0,)
     (tmp_path / "mine.py").write_text(code + "# better\n")
