@@ -21,6 +21,9 @@ from real_bench.source import ControllerSource, installed, is_left_out
 SUBMITTED = "SubmittedPolicy"
 """The official name of the class that a file submits."""
 
+LOADED_AS = "real_bench_user_"
+"""What the modules of controller files are called, before their own name."""
+
 NEVER_SHADOWED = frozenset({"real_bench", "real_robots"})
 
 
@@ -46,6 +49,16 @@ def find_controller(spec: str) -> type[Any]:
     if named is None:
         raise ControllerError(f"controller {spec}: there is no class {source.class_name} in it")
     return _checked(named, spec)
+
+
+def controller_folders() -> set[str]:
+    """The folders of the controller files that this process has loaded, which it imports from."""
+    files = {name: getattr(module, "__file__", None) for name, module in sys.modules.items()}
+    return {
+        str(Path(file).parent)
+        for name, file in files.items()
+        if file and name.startswith(LOADED_AS)
+    }
 
 
 def source_file(controller: type[Any]) -> Path | None:
@@ -98,7 +111,7 @@ def _unloadable(source: ControllerSource, error: BaseException) -> ControllerErr
 @cache
 def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
     """The module of a file, run once in a process however often it is asked for."""
-    name = f"real_bench_user_{path.stem}"
+    name = f"{LOADED_AS}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ControllerError(f"the controller file {path} is not a Python file")

@@ -23,6 +23,7 @@ Example:
 @click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
 @click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
+@options.trial_steps_option
 @click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
 @click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
@@ -32,6 +33,7 @@ Example:
 def evaluate(
     goals: Path | None,
     trials: int | None,
+    trial_steps: int,
     run: Path,
     out: Path,
     min_score: float | None,
@@ -47,7 +49,6 @@ def evaluate(
     """
     from real_bench.files import check_output
     from real_bench.goal_sets import load_goal_set
-    from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.trial import TrialPlan
 
@@ -59,7 +60,7 @@ def evaluate(
         scene=phase.scene,
         goal_set=testing.goals_for_test(given_goals, phase.objects, phase.scene),
         seed=phase.seed,
-        trial_steps=TRIAL_STEPS,
+        trial_steps=trial_steps,
         run=run,
         settings=phase.settings,
         host=phase.host,

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from real_bench.lengths import TRIAL_STEPS
+
 if TYPE_CHECKING:
     from real_bench.phases.guest import Host
     from real_bench.recording import Header
@@ -51,6 +53,15 @@ LIMIT_OPTIONS: tuple[Decorator, ...] = (
     ),
 )
 
+trial_steps_option: Decorator = click.option(
+    "--trial-steps",
+    type=int,
+    metavar="N",
+    default=TRIAL_STEPS,
+    show_default=True,
+    help="Length of a trial; of another one, scores compare with nothing published.",
+)
+
 TESTING_OPTIONS: tuple[Decorator, ...] = (
     click.option(
         "--run",
@@ -83,6 +94,7 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
     ),
     click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
     click.option("--trials", type=int, help="Test only the first N goals. [default: all]"),
+    trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
     click.option("--out", type=FILE, default=DEFAULT_RESULT, show_default=True),
 )
