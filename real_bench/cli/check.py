@@ -6,7 +6,7 @@ import contextlib
 import json
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -111,7 +111,7 @@ def _tried(
 
 
 def _show(
-    found: dict[str, Sequence[Finding]], withheld: Sequence[str], commands: Sequence[str]
+    found: Mapping[str, Sequence[Finding]], withheld: Sequence[str], commands: Sequence[str]
 ) -> None:
     for name, findings in found.items():
         click.echo(f"{name}:")
