@@ -52,6 +52,11 @@ class Series:
     results: tuple[Result, ...]
 
     @property
+    def classes(self) -> tuple[str, ...]:
+        """The class of each goal."""
+        return scores_by_goal(self.results)[0]
+
+    @property
     def by_goal(self) -> NDArray[np.float64]:
         """The mean score of each goal, (n_goals,)."""
         return scores_by_goal(self.results)[1]
