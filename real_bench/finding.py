@@ -97,16 +97,6 @@ def installed(name: str) -> EntryPoint:
     return offers[name]
 
 
-def shown_name(controller: str) -> str:
-    """A controller's name as the paper writes it; of one in a file its class, or the file."""
-    target, _, class_name = controller.partition(":")
-    if class_name:
-        return class_name
-    if target.endswith(".py"):
-        return Path(target).stem
-    return target.upper().replace("_", "-") if target.startswith("real_") else target
-
-
 def source_file(controller: type[Any]) -> Path | None:
     """The file that defines a controller's class, where there is one."""
     try:

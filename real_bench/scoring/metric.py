@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from real_bench.scoring.result import TrialResult
+    from real_bench.scoring.statistics import Interval
 
 DECAY = math.log(4) / 0.10
 """The constant c of the paper: 10 cm away from its goal an object still scores 0.25."""
@@ -68,6 +69,16 @@ class Metric:
     def text(self, value: float | None) -> str:
         """A value as it is printed."""
         return "-" if value is None or math.isnan(value) else format(value, self.form)
+
+    def change(self, value: float) -> str:
+        """A difference as it is printed."""
+        return format(value, f"+{self.form}")
+
+    def interval(self, interval: Interval | None) -> str:
+        """An interval as it is printed."""
+        if interval is None:
+            return "-"
+        return f"{self.text(interval.low)} to {self.text(interval.high)}"
 
     def number(self, trial: TrialResult) -> float:
         """The number of a trial; NaN where there is none."""

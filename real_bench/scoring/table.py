@@ -12,8 +12,6 @@ from real_bench.scoring.result import Result
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
 
-NONE = "-"
-
 
 def score_headings() -> list[str]:
     """Of the columns of a score table: class, goals, and every metric; the score with interval."""
@@ -62,10 +60,10 @@ def comparison_table(comparison: Comparison) -> Group:
             metric.title,
             metric.text(found.a),
             metric.text(found.b),
-            f"{found.difference:+.3f}",
-            str(found.interval or NONE),
+            metric.change(found.difference),
+            metric.interval(found.interval),
             f"{found.improvement:.2f}",
-            str(found.improvement_interval or NONE),
+            str(found.improvement_interval or "-"),
         )
     table = Table()
     for heading in ("goal set", "goal", "class"):
@@ -89,7 +87,7 @@ def _cells(row: ClassSummary, result: Result) -> list[str]:
         mean = row.means[name]
         metrics.append(metric.text(mean.value))
         if name == SCORE:
-            metrics.append(str(mean.interval or NONE))
+            metrics.append(metric.interval(mean.interval))
     is_part = row.name == TOTAL and not result.is_complete
     goals = f"{row.n_goals} of {result.setting.set_size}" if is_part else str(row.n_goals)
     return [row.name, goals, *metrics]

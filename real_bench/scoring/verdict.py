@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ResultError
-from real_bench.finding import shown_name
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.naming import shown_name
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
@@ -169,7 +169,7 @@ def markdown(verdict: Verdict) -> str:
         found = summary.metrics[name]
         text = metric.text
         numbers = [text(found.interquartile_mean), *map(text, found.by_class.values())]
-        rows.append((metric.title, text(found.mean), str(found.interval or "-"), *numbers))
+        rows.append((metric.title, text(found.mean), metric.interval(found.interval), *numbers))
     parts = [
         f"## {shown_name(setting.controller)} {'passed' if verdict.passed else 'failed'}",
         f"REAL_{setting.condition}, {objects}, scene {setting.scene}, after "
