@@ -20,13 +20,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from real_bench.errors import ActionError
-from real_bench.simulation import HOME, Segment, Simulation
+from real_bench.simulation.posture import HOME
+
+if TYPE_CHECKING:
+    from real_bench.simulation import Segment, Simulation
 
 Command = NDArray[np.float64]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +13,7 @@ from pathlib import Path
 
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
+from real_bench.naming import CONTROLLER_FILE
 
 GROUP = "real_bench.controllers"
 OURS = "real_bench.controllers"
@@ -21,8 +21,6 @@ OURS = "real_bench.controllers"
 CODE = frozenset({".py", ".so", ".pyd", ".pyx"})
 MOST_ENTRIES = 20_000
 """A folder with more files below it is no controller's own."""
-
-_FILE = re.compile(r"(?P<file>.*\.py)(:(?P<name>[^:/\\]*))?")
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ class ControllerSource:
         Raises:
             ControllerError: there is no such file, or no installed controller of that name.
         """
-        if found := _FILE.fullmatch(spec):
+        if found := CONTROLLER_FILE.fullmatch(spec):
             file = Path(found["file"])
             if not file.is_file():
                 raise ControllerError(f"controller file not found: {file}")
@@ -135,7 +133,7 @@ def module_place(module: str) -> Path | None:
 
 def resolved(spec: str) -> str:
     """The same controller as seen from any folder: a file by its whole path."""
-    found = _FILE.fullmatch(spec)
+    found = CONTROLLER_FILE.fullmatch(spec)
     if not found:
         return spec
     return f"{Path(found['file']).resolve()}{found[2] or ''}"
@@ -155,23 +153,6 @@ def installed(name: str) -> EntryPoint:
             "module:Class, or path/to/file.py[:Class]"
         )
     return offers[name]
-
-
-def shown_name(spec: str) -> str:
-    """A controller's name as the paper writes it; of one in a file its class, or the file."""
-    if found := _FILE.fullmatch(spec):
-        return found["name"] or Path(found["file"]).stem
-    module, _, class_name = spec.rpartition(":")
-    if module:
-        return class_name
-    return spec.upper().replace("_", "-") if spec.startswith("real_") else spec
-
-
-def place_and_class(spec: str) -> tuple[str, str]:
-    """What a spec names, without its folder, and the class; for specs from another machine."""
-    if found := _FILE.fullmatch(spec):
-        return Path(found["file"]).name, found["name"] or ""
-    return spec, ""
 
 
 def is_code_of(source: ControllerSource, sha256: str) -> bool:

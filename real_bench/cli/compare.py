@@ -23,8 +23,9 @@ def compare(a: str, b: str, as_json: bool) -> None:
     """Compare two sets of scores, A and B, on the same goals.
 
     A and B are each a result, a folder of results, or a quoted pattern. Results on the same goal
-    set are repeats. Prints the mean difference with its 95% interval over goals, the probability
-    that A scores more than B on a goal, and each goal.
+    set are repeats. Prints the score of both on each goal; and for every metric the mean difference
+    and the probability that A is better than B on a goal, both with a 95% interval over goals: how
+    far they would go on other goals, not after other plays.
     """
     from rich.console import Console
 

@@ -22,11 +22,14 @@ Example:
 @options.setting_options
 @click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
-@click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
+@click.option(
+    "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
+)
 @options.trial_steps_option
 @click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
-@click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
+@options.min_score_option
+@options.allow_part_option
 @options.overwrite_option
 @options.json_option
 @options.isolation_options()
@@ -37,6 +40,7 @@ def evaluate(
     run: Path,
     out: Path,
     min_score: float | None,
+    allow_part: bool,
     overwrite: bool,
     as_json: bool,
     **given: Any,
@@ -65,7 +69,8 @@ def evaluate(
         settings=phase.settings,
         host=phase.host,
     )
-    test = ExtrinsicPhase(plan, testing.trials_asked(trials, plan), out)
+    n_trials = testing.trials_asked(trials, plan, allow_part=allow_part or min_score is None)
+    test = ExtrinsicPhase(plan, n_trials, out)
     check_output(out, overwrite=overwrite)
     guest = playing.play(phase, resume=False, overwrite=overwrite)
     result = testing.run_trials(test, resume=False, overwrite=overwrite, guest=guest)

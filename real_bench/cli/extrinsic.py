@@ -48,18 +48,21 @@ BELOW_MINIMUM = 3
     metavar="DIR",
     help="Why each action was chosen, for each trial: a record (.json) and a picture (.png).",
 )
-@click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
+@options.min_score_option
+@options.allow_part_option
 @options.resume_option
 @options.overwrite_option
 @options.json_option
 @options.isolation_options()
-def extrinsic(out: Path, min_score: float | None, as_json: bool, **given: Any) -> None:
+def extrinsic(
+    out: Path, min_score: float | None, allow_part: bool, as_json: bool, **given: Any
+) -> None:
     """Test a controller on goals that it has never seen, and print the score table.
 
     Controller, its settings, condition, objects and scene are by default those of the recording.
     Every trial lasts 10,000 steps and begins in a fresh world.
     """
-    result = result_of(out=out, **given)
+    result = result_of(out=out, allow_part=allow_part or min_score is None, **given)
     show(result, out, as_json=as_json)
     judge(result, min_score)
 
@@ -67,6 +70,7 @@ def extrinsic(out: Path, min_score: float | None, as_json: bool, **given: Any) -
 def result_of(
     *,
     trials: int | None,
+    allow_part: bool,
     jobs: int,
     out: Path,
     isolation: options.Isolation,
@@ -84,7 +88,7 @@ def result_of(
     files = [given.get(name) for name in ("run", "goals", "video", "pictures", "explain")]
     default = [options.DEFAULT_RUN] if options.DEFAULT_RUN.exists() else []
     plan = plan_trials(**given, host=isolation.host([out, *default, *files, *secrets]))
-    phase = ExtrinsicPhase(plan, trials_asked(trials, plan), out, jobs)
+    phase = ExtrinsicPhase(plan, trials_asked(trials, plan, allow_part=allow_part), out, jobs)
     return run_trials(phase, resume=resume, overwrite=overwrite)
 
 
@@ -156,9 +160,18 @@ def plan_trials(
     )
 
 
-def trials_asked(trials: int | None, plan: TrialPlan) -> int:
-    """How many goals are to be tested: all of them unless told otherwise."""
-    return len(plan.goal_set) if trials is None else trials
+def trials_asked(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> int:
+    """How many goals are to be tested: all of them unless told otherwise.
+
+    Raises UsageError for a part of them that is to be judged, unless that is allowed.
+    """
+    whole = len(plan.goal_set)
+    if trials is not None and 0 < trials < whole and not allow_part:
+        raise click.UsageError(
+            f"--trials {trials} tests a part of the {whole} goals: to have it judged all the same, "
+            "use --allow-part"
+        )
+    return whole if trials is None else trials
 
 
 def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:
@@ -187,9 +200,11 @@ def run_trials(
 
 
 def show(result: Result, out: Path, *, as_json: bool) -> None:
-    """Print the score table, or the result as JSON."""
+    """Print the score table, or as JSON what the file holds and what follows from it."""
+    from real_bench.scoring.summary import summary_json
+
     if as_json:
-        click.echo(json.dumps(result.to_json()))
+        click.echo(json.dumps({**result.to_json(), "summary": summary_json(result)}))
         return
     from rich.console import Console
 

@@ -89,17 +89,17 @@ def read_material(recordings: Sequence[Path], results: Sequence[Path], asked: As
 
 
 def _read_results(files: Sequence[Path]) -> tuple[Tested, ...]:
-    """The complete ones, which must be of the same goals."""
+    """The finished ones, which must be of the same goals."""
     from real_bench.figures import check_same_goals, read_tested
 
     tested = [read_tested(file) for file in files]
     for one in tested:
-        if not one.result.is_complete:
-            done = f"{len(one.result.trials)} of {one.result.setting.n_goals} trials"
+        if not one.result.is_finished:
+            done = f"{len(one.result.trials)} of {len(one.result.setting.goal_numbers)} trials"
             click.echo(f"{one.file} is not used: it has {done}", err=True)
-    complete = tuple(one for one in tested if one.result.is_complete)
-    check_same_goals(complete)
-    return complete
+    finished = tuple(one for one in tested if one.result.is_finished)
+    check_same_goals(finished)
+    return finished
 
 
 def _read_recordings(files: Sequence[Path], asked: Asked) -> tuple[Play, ...]:

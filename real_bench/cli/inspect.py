@@ -104,7 +104,9 @@ def describe_result(path: Path) -> dict[str, Any]:
     return {
         "file": str(path),
         "score": result.score if result.trials else None,
-        "trials": f"{len(result.trials)} of {result.setting.n_goals}",
+        "trials": f"{len(result.trials)} of {len(result.setting.goal_numbers)}",
+        "goals_tested": result.share,
+        "complete": result.is_complete,
         "can_be_verified": result.keeps_commands,
         **result.setting.model_dump(mode="json"),
     }

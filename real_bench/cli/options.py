@@ -93,7 +93,9 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
         help="Test it although the recording holds nothing of what it learned.",
     ),
     click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
-    click.option("--trials", type=int, help="Test only the first N goals. [default: all]"),
+    click.option(
+        "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
+    ),
     trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
     click.option("--out", type=FILE, default=DEFAULT_RESULT, show_default=True),
@@ -107,6 +109,12 @@ SETTING_OPTIONS: tuple[Decorator, ...] = (
     objects_option,
     scene_option,
     seed_option,
+)
+allow_part_option: Decorator = click.option(
+    "--allow-part", is_flag=True, help="Judge a test of only a part of its goals, too."
+)
+min_score_option: Decorator = click.option(
+    "--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X."
 )
 resume_option: Decorator = click.option(
     "--resume", is_flag=True, help="Go on where the output file ends, if it exists."

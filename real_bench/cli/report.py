@@ -86,14 +86,14 @@ def _table(path: Path) -> Table:
     from real_bench.experiments import read_spec
     from real_bench.experiments.agenda import Agenda
     from real_bench.experiments.scores import rows_of
-    from real_bench.experiments.table import HEADINGS, cells, notes
+    from real_bench.experiments.table import cells, headings, notes
     from real_bench.report import Table
 
     spec = read_spec(path)
     rows = rows_of(spec, Agenda(spec))
     return Table(
         title=spec.title,
-        headings=HEADINGS,
+        headings=tuple(headings()),
         rows=tuple(tuple(cells(row)) for row in rows),
         notes=tuple(notes(rows)),
         command=f"realbench table {path}",

@@ -30,7 +30,7 @@ Example:
 
 NOT_PASSED = 3
 OF_BOTH = (
-    *("files", "minimum", "baseline", "goals", "trials"),
+    *("files", "minimum", "baseline", "goals", "allow_part"),
     *("markdown", "junit", "overwrite", "as_json"),
 )
 
@@ -45,6 +45,7 @@ OF_BOTH = (
 )
 @click.option("--markdown", type=options.FILE, help="Append a summary to this file.")
 @click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
+@options.allow_part_option
 @options.setting_options
 @options.testing_options
 @options.isolation_options(by_default=True)
@@ -60,6 +61,7 @@ def score(
     baseline: str | None,
     markdown: Path | None,
     junit: Path | None,
+    allow_part: bool,
     overwrite: bool,
     as_json: bool,
     **given: Any,
@@ -70,10 +72,10 @@ def score(
     for submissions, which are code from strangers. Else FILES are results, folders of results, or
     quoted patterns; results on the same goal set are repeats.
 
-    Checks that all goals are tested (or --trials of them), and are those of --goals where these are
-    given; that trials are of full length; that the mean
-    is not below --min, and not below the baseline's beyond chance: the 95% interval of the
-    difference, goal by goal, is not all negative.
+    Checks that all goals are tested, and are those of --goals where these are given; that trials
+    are of full length; that the mean is not below --min, and not below the baseline's beyond
+    chance: the 95% interval over goals of the difference is not all negative. Says which goals were
+    accepted. With --allow-part a finished test of a part of the goals (--trials) passes, too.
     """
     from real_bench.cli.reading import read_results
     from real_bench.files import check_output, write_whole
@@ -84,8 +86,6 @@ def score(
         raise click.UsageError(f"{asked[0]} is for a test, and FILES are results of tests")
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
-    if given["trials"] is not None and given["trials"] < 1:
-        raise click.UsageError(f"--trials must be at least 1, not {given['trials']}")
     if junit is not None:
         check_output(junit, overwrite=overwrite, option="--junit")
     if markdown is not None:
@@ -104,13 +104,14 @@ def score(
     else:
         written = [None if baseline is None else Path(baseline), markdown, junit]
         try:
-            results = [_tested(secrets=written, overwrite=overwrite, quiet=as_json, **given)]
+            given |= {"secrets": written, "overwrite": overwrite, "allow_part": allow_part}
+            results = [_tested(quiet=as_json, **given)]
         except ControllerError as error:
             publish(*verdicts.failure(str(error)))
             raise
     goals, sizes = _goal_sets(given["goals"], results)
     verdict = verdicts.judge(
-        results, minimum, other, goals=goals, sizes=sizes, n_goals=given["trials"]
+        results, minimum, other, goals=goals, sizes=sizes, allow_part=allow_part
     )
     page = verdicts.markdown(verdict)
     publish(page, verdicts.junit(verdict))

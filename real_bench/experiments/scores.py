@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.spec import Cell, Spec
 from real_bench.experiments.state import not_of_this, refusal
 from real_bench.experiments.tasks import ScoringTask
-from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
+from real_bench.goal_sets import OFFICIAL_COUNTS
+from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
 
 
@@ -28,6 +30,7 @@ class Row:
         files: their results.
         control_version: of the way of control, in these; None while there are none.
         summary: of their scores; None while there are none.
+        unlike_published: what is not as it was for the published score.
     """
 
     cell: Cell
@@ -36,13 +39,14 @@ class Row:
     files: tuple[Path, ...]
     control_version: int | None
     summary: RepeatsSummary | None
+    unlike_published: tuple[str, ...] = ()
 
     @property
     def difference(self) -> float | None:
         """Our mean less the published one."""
         if self.summary is None or self.cell.published is None:
             return None
-        return self.summary.mean - self.cell.published.mean
+        return self.summary.score.mean - self.cell.published.mean
 
     @property
     def is_of_earlier_control(self) -> bool:
@@ -52,7 +56,7 @@ class Row:
 
     @property
     def is_enough(self) -> bool:
-        """Whether there are enough repeats to compare their mean with another."""
+        """Whether there are enough plays to compare their mean with another."""
         return self.summary is not None and self.summary.is_enough
 
     def to_json(self) -> dict[str, Any]:
@@ -63,9 +67,10 @@ class Row:
             "seeds_done": list(self.seeds),
             "files": [file.name for file in self.files],
             "control_version": self.control_version,
-            "summary": asdict(self.summary) if self.summary else None,
+            "summary": self.summary.to_json() if self.summary else None,
             "difference": self.difference,
             "enough_repeats_to_compare": self.is_enough,
+            "unlike_published": list(self.unlike_published),
         }
 
 
@@ -85,23 +90,35 @@ def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
 def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
     seeds: list[int] = []
     files: list[Path] = []
-    scores: list[list[float]] = []
-    classes: list[str] = []
-    version = None
+    results: list[Result] = []
     for seed in spec.seeds(cell):
         repeat = list(_finished(agenda, agenda.scorings(cell, seed)))
         if len(repeat) < len(spec.goal_names(cell)):
             continue
         for task, result in repeat:
             alike.check(cell, task, result)
-            version = result.setting.control_version
-        trials = [trial for _, result in repeat for trial in result.trials]
-        scores.append([trial.score for trial in trials])
-        classes = [trial.challenge for trial in trials]
+        results += [result for _, result in repeat]
         seeds.append(seed)
         files += [task.out for task, _ in repeat]
-    summary = summarise_repeats(scores, classes) if scores else None
-    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), version, summary)
+    table = by_goal(results) if results else None
+    summary = summarise_repeats(table) if table else None
+    version = results[0].setting.control_version if results else None  # all are alike
+    unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
+    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), version, summary, unlike)
+
+
+def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:
+    """Lengths and goals of an experiment that are not the benchmark's."""
+    if cell.published is None:
+        return
+    whole = sum(OFFICIAL_COUNTS.values())
+    if any(classes.count(name) * whole != n * len(classes) for name, n in OFFICIAL_COUNTS.items()):
+        counts = ", ".join(f"{n} {name}" for name, n in OFFICIAL_COUNTS.items())
+        yield f"goals of other classes than {counts}"
+    if spec.play_of(cell) and spec.steps != INTRINSIC_STEPS:
+        yield f"{spec.steps:,} steps of play instead of {INTRINSIC_STEPS:,}"
+    if spec.trial_steps != TRIAL_STEPS:
+        yield f"trials of {spec.trial_steps:,} steps instead of {TRIAL_STEPS:,}"
 
 
 def _finished(agenda: Agenda, tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:

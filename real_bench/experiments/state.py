@@ -9,9 +9,10 @@ from typing import Any, Literal
 
 from real_bench.errors import ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
+from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import merged
-from real_bench.source import ControllerSource, is_code_of, place_and_class
+from real_bench.source import ControllerSource, is_code_of
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,8 @@ def state_of(task: Task) -> State:
         return _state_of_play(task)
     result = load_result(task.out)
     misfits = tuple(_misfits(task, result))
-    return State("done" if result.is_complete else "unfinished", misfits, result)
+    done = len(result.trials) == task.n_goals
+    return State("done" if done else "unfinished", misfits, result)
 
 
 def not_of_this(task: Task, reasons: Sequence[str]) -> str:
@@ -61,11 +63,14 @@ def _misfits(task: ScoringTask, result: Result) -> list[str]:
     from real_bench.files import file_sha256
 
     setting = result.setting
-    names = ("condition", "objects", "seed", "trial_steps", "run_steps", "n_goals")
+    names = ("condition", "objects", "seed", "trial_steps", "run_steps")
     reasons = _differences(
         {"scene": setting.scene, **{name: getattr(setting, name) for name in names}},
         {"scene": task.scene_name, **{name: getattr(task, name) for name in names}},
     )
+    # a part of the goals is no misfit: the test goes on
+    if setting.n_goals not in (None, task.n_goals) or setting.set_size > task.n_goals:
+        reasons.append(f"{setting.set_size} goals, not {task.n_goals}")
     reasons += _controller_misfits(task, setting.controller, setting.controller_sha256)
     reasons += _setting_misfits(task.settings, setting.settings)
     if task.goals_sha256 not in ("", setting.goals_sha256):
@@ -108,7 +113,7 @@ def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str
 
 def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
     """A file is told by its name and content, for it may have come from another folder."""
-    if place_and_class(named) != place_and_class(task.controller):
+    if without_folder(named) != without_folder(task.controller):
         return _differences({"controller": named}, {"controller": task.controller})
     source = ControllerSource.of(task.controller)
     if source.file is not None and not is_code_of(source, sha256):

@@ -102,6 +102,7 @@ def _tested(tested: Tested) -> dict[str, Any]:
             include={"controller", "condition", "run_sha256", "run_steps", "goals_sha256"},
         ),
         "score": tested.result.score,
+        "goals": tested.result.share,
     }
 
 

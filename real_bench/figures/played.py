@@ -16,11 +16,11 @@ from real_bench.errors import RecordingError, SceneError
 from real_bench.figures.labels import distinct
 from real_bench.figures.seen import Sight, see, sight_settings
 from real_bench.files import file_sha256
+from real_bench.naming import shown_name
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
 from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
-from real_bench.source import shown_name
 
 
 @dataclass(frozen=True)

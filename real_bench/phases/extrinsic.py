@@ -10,6 +10,7 @@ from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256, write_lock
+from real_bench.goal_sets import goals_in_proportion
 from real_bench.phases.guest import Guest, Identity
 from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.stopping import StopRequest, stop_requests
@@ -32,7 +33,7 @@ class ExtrinsicPhase:
 
     Attributes:
         plan: what is tested.
-        n_trials: how many of the goals, from the first on.
+        n_trials: how many of the goals, of all classes in proportion.
         out: the result file.
         jobs: number of processes; the scores do not depend on it.
     """
@@ -89,12 +90,17 @@ class ExtrinsicPhase:
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
-        if not result.is_complete:
+        if not result.is_finished:
             raise Interrupted(
                 f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
                 f"{self.out}{'' if guest else ': repeat the command with --resume'}"
             )
         return result
+
+    @property
+    def goal_numbers(self) -> tuple[int, ...]:
+        """The goals to be tested, ascending; those of a shorter test are among them."""
+        return goals_in_proportion(self.plan.goal_set.classes, self.n_trials)
 
     def _identity(self) -> Identity:
         identity = self.plan.host.identity(self.plan.controller, self.plan.settings)
@@ -110,7 +116,7 @@ class ExtrinsicPhase:
         changed = [
             name
             for name in Setting.model_fields
-            if name != "n_goals" and getattr(result.setting, name) != getattr(setting, name)
+            if name != "goal_numbers" and getattr(result.setting, name) != getattr(setting, name)
         ]
         if changed:
             raise ResultError(
@@ -121,10 +127,10 @@ class ExtrinsicPhase:
                 f"{self.out} cannot be resumed, it was made before commands were kept: "
                 "use --overwrite"
             )
-        if result.trials and result.trials[-1].goal >= self.n_trials:
+        tested = {trial.goal for trial in result.trials}
+        if more := sorted(tested - set(self.goal_numbers)):
             raise ResultError(
-                f"{self.out} already holds goal {result.trials[-1].goal}, beyond the "
-                f"{self.n_trials} trials asked"
+                f"{self.out} already holds goal {more[0]}, beyond the {self.n_trials} trials asked"
             )
         return result.model_copy(update={"setting": setting})
 
@@ -137,7 +143,7 @@ class ExtrinsicPhase:
         stop: StopRequest,
     ) -> Iterator[tuple[TrialResult, float]]:
         done = {trial.goal for trial in result.trials}
-        left = [number for number in range(self.n_trials) if number not in done]
+        left = [number for number in self.goal_numbers if number not in done]
         if not left:
             return
         if self.jobs > 1 and guest is None and not identity.learns_across_trials:
@@ -177,7 +183,8 @@ class ExtrinsicPhase:
             run_sha256=run_sha256,
             run_steps=plan.run_steps or run_steps,
             goals_sha256=plan.goal_set.sha256,
-            n_goals=self.n_trials,
+            n_goals=len(plan.goal_set),
+            goal_numbers=self.goal_numbers,
             trial_steps=plan.trial_steps,
             seed=plan.seed,
             versions=package_versions(),

@@ -25,7 +25,7 @@ from real_bench.phases.player import at_play
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.commands import Commands
-from real_bench.scoring.metric import distances, object_scores
+from real_bench.scoring.metric import distances
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
@@ -192,7 +192,6 @@ def trial_result(
     return TrialResult(
         goal=number,
         challenge=goal.challenge,
-        score=float(object_scores(away).sum()),
         distances=tuple(away.tolist()),
         final_poses=tuple(tuple(pose) for pose in poses.tolist()),
         actions_sha256=commands.sha256,

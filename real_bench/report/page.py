@@ -8,8 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from real_bench.files import write_whole
+from real_bench.naming import shown_name
 from real_bench.report.parts import Played, Tested
-from real_bench.source import shown_name
 from real_bench.version import __version__
 
 

@@ -13,7 +13,6 @@ from real_bench.errors import SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.scene import Scene
 
-HOME = (0.0,) * 9  # arm straight up, gripper closed; also what "no command" means
 TOUCH_DISTANCE = 0.1
 IK_ITERATIONS = 1000
 IK_RESIDUAL = 0.001

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
-from real_bench.simulation.robot import HOME, Robot, load_body, spread
+from real_bench.simulation.posture import HOME
+from real_bench.simulation.robot import Robot, load_body, spread
 from real_bench.simulation.scene import Scene
 
 STEP_S = 0.005

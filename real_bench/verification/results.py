@@ -88,7 +88,7 @@ class ResultVerification:
         return ResultVerdict(
             path=self.path,
             score=result.score,
-            n_goals=result.setting.n_goals,
+            n_trials=len(result.setting.goal_numbers),
             checks=tuple(sorted(checks, key=lambda check: check.goal)),
             faults=tuple(claims.faults),
             notes=tuple(claims.notes),
@@ -128,9 +128,11 @@ class ResultVerification:
                 f"({goal_set.sha256[:12]}): give its own with --goals"
             )
         goal_set.check_fits(scene, setting.objects)
-        if setting.n_goals > len(goal_set):
+        largest = max(setting.goal_numbers, default=0)
+        if setting.n_goals not in (None, len(goal_set)) or largest >= len(goal_set):
             raise ResultError(
-                f"{self.path} is of {setting.n_goals} goals, the set has {len(goal_set)}"
+                f"{self.path} is of a set of {max(setting.set_size, largest + 1)} goals, "
+                f"this one has {len(goal_set)}"
             )
         return goal_set
 

@@ -41,7 +41,7 @@ class ResultVerdict:
     Attributes:
         path: the result.
         score: as recorded.
-        n_goals: how many trials were asked for.
+        n_trials: how many trials were asked for.
         checks: of the trials that there are, by goal.
         faults: whatever else does not hold.
         notes: what could not be checked, or should be known.
@@ -50,7 +50,7 @@ class ResultVerdict:
 
     path: Path
     score: float
-    n_goals: int
+    n_trials: int
     checks: tuple[TrialCheck, ...]
     faults: tuple[str, ...]
     notes: tuple[str, ...]
@@ -64,7 +64,7 @@ class ResultVerdict:
     @property
     def is_complete(self) -> bool:
         """Whether every trial has been made."""
-        return len(self.checks) == self.n_goals
+        return len(self.checks) == self.n_trials
 
     @property
     def holds(self) -> bool:
@@ -92,7 +92,7 @@ class ResultVerdict:
         return [*map(str, self.checks), *_asides(self.notes, self.faults), self._sum()]
 
     def _sum(self) -> str:
-        trials = f"{len(self.checks)} of {self.n_goals} trials"
+        trials = f"{len(self.checks)} of {self.n_trials} trials"
         if self.holds:
             return f"verified: {trials} replay bit for bit, score {self.score:.4f}"
         if self.different:

@@ -13,6 +13,7 @@ from PIL import Image
 
 from real_bench.cli import COMMANDS
 from real_bench.goal_sets import save_goal_set
+from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
 
@@ -91,7 +92,13 @@ def test_inspect_says_what_is_in_a_file(workplace: Path, file: str, facts: dict[
 
 def test_json_is_all_that_is_printed(workplace: Path) -> None:
     printed = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite", "--json")
-    assert json.loads(printed.stdout) == json.loads((workplace / "score.json").read_text())
+    told = json.loads(printed.stdout)
+    summary = told.pop("summary")
+    assert told == json.loads((workplace / "score.json").read_text())
+    assert summary["complete"]
+    assert [goal["score"] for goal in summary["goals"]] == [
+        trial.score for trial in load_result(workplace / "score.json").trials
+    ]
 
 
 def test_what_was_tested_and_played_can_be_proved(workplace: Path) -> None:
@@ -115,6 +122,15 @@ def test_the_exit_code_judges_the_score(workplace: Path) -> None:
     realbench(workplace, *arguments, "--min-score", "0", code=0)
     low = realbench(workplace, *arguments, "--min-score", "0.99", code=3)
     assert "below 0.99" in low.stderr
+    part = [*arguments, "--trials", "1", "--min-score", "0"]
+    before = (workplace / "score.json").read_bytes()
+    refused = realbench(workplace, *part, code=2).stderr
+    assert "--trials 1 tests a part of the 2 goals" in refused
+    assert (workplace / "score.json").read_bytes() == before
+    part += ["--out", "part.json"]
+    assert "a part: 1 of 2 goals" in realbench(workplace, *part, "--allow-part").stdout
+    told = json.loads(realbench(workplace, "inspect", "part.json", "--json").stdout)
+    assert (told["goals_tested"], told["complete"]) == ("1 of 2 goals", False)
 
 
 def test_both_phases_in_one_process(workplace: Path) -> None:

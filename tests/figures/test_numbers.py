@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from real_bench import analysis
 from real_bench.errors import RealBenchError
 from real_bench.figures import FIGURES, Asked, Material, Numbers, Play, facts
-from real_bench.scoring.statistics import mean_interval
+from real_bench.scoring.statistics import goals_interval
 from tests.figures.bench import Test, made_up, only, reread
 
 DRAW = {kind.name: kind.draw for kind in FIGURES}
@@ -109,7 +109,8 @@ def test_score_by_length(material: Material) -> None:
     lengths, means = analysis.score_by_length(results)
     assert told["run_steps"].tolist() == lengths.tolist() == [1_000_000, 15_000_000]
     np.testing.assert_allclose(told["score"], means)
-    interval = mean_interval(analysis.scores_by_goal(results[1:])[1])
+    classes, by_goal = analysis.scores_by_goal(results[1:])
+    interval = goals_interval(by_goal, classes)
     assert interval is not None
     assert told["interval_low"][1] == interval.low
     assert told["interval_high"][1] == interval.high

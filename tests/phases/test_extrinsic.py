@@ -153,6 +153,21 @@ def test_a_test_can_be_given_more_trials_but_not_fewer(face_goals: FaceGoals) ->
         face_goals("real_r", n_trials=3, trial_steps=500, resume=True)
 
 
+def test_a_part_is_of_all_classes_and_goes_on(face_goals: FaceGoals, goals: GoalSet) -> None:
+    """A test of two goals, resumed to three of the same set, is a test of three."""
+    assert goals.classes == ("2D", "2D", "2.5D", "3D")
+    two = face_goals("real_r", n_trials=2, trial_steps=300)
+    assert two.setting.goal_numbers == tuple(trial.goal for trial in two.trials) == (0, 2)
+    assert (two.setting.n_goals, two.is_finished, two.is_complete) == (4, True, False)
+    assert two.share == "2 of 4 goals"
+    three = face_goals("real_r", n_trials=3, trial_steps=300, resume=True)
+    assert three.setting.goal_numbers == (0, 2, 3)
+    assert three.trials[:2] == two.trials
+    anew = face_goals("real_r", n_trials=3, trial_steps=300, out="anew.json")
+    assert three.trials == anew.trials
+    assert scores(Path("score.json")) == scores(Path("anew.json"))
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_fault_in_a_trial_keeps_the_trials_before(face_goals: FaceGoals, jobs: int) -> None:
     controller = guest("tested:FailsOnce")

@@ -143,7 +143,7 @@ def test_an_official_controller_plays(play: Play, condition: str) -> None:
 
 
 def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:
-    face_goals(guest("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
+    tested = face_goals(guest("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
     calls = met()
     trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial"]
     assert [call["hook"] for call in calls] == [
@@ -151,10 +151,10 @@ def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet)
         *(*trial, *trial),
         "end_extrinsic_phase",
     ]
-    for number in range(2):
+    for number, trial_result in enumerate(tested.trials):
         first, *rest = calls[3 + 9 * number :][:8]
         check_calls([first, *rest])
-        goal = goals.goals[number]
+        goal = goals.goals[trial_result.goal]
         assert {call["goal"] for call in (first, *rest)} == {sha256(goal.retina).hexdigest()}
         name = goals.object_names[0]
         np.testing.assert_allclose(first["positions"][name], goal.initial_poses[0, :3], atol=1e-9)
