@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from real_bench.controls import CONTROLS, Control
 from real_bench.errors import RealBenchError
 
 PERCEPTIONS = {"O": "object positions", "I": "images"}
-CONTROLS = {"M": "macro-actions", "J": "joints", "C": "cartesian"}
-
-CONTROL_VERSIONS = {"M": 2, "J": 1, "C": 1}
-"""Goes up when the same commands move the robot otherwise, if only in the last bit. Macros: 2 since
-they end exactly at their second point."""
 
 
 class ConditionError(RealBenchError, ValueError):
@@ -43,9 +39,14 @@ class Condition:
         return self.perception + self.control
 
     @property
+    def control_type(self) -> type[Control]:
+        """The class of its way of control."""
+        return CONTROLS[self.control]
+
+    @property
     def control_version(self) -> int:
-        """Which version of its control this is: see :data:`CONTROL_VERSIONS`."""
-        return CONTROL_VERSIONS[self.control]
+        """Which version of its way of control this is."""
+        return self.control_type.version
 
     def control_misfit(self, version: int) -> str | None:
         """Why what another version of this control did cannot be gone on with; None where it can.
@@ -56,7 +57,7 @@ class Condition:
         if version == self.control_version:
             return None
         return (
-            f"its {CONTROLS[self.control]} are of version {version}, these of "
+            f"its {self.control_type.name} are of version {version}, these of "
             f"{self.control_version}: the same commands move the robot a little differently"
         )
 

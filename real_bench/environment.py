@@ -34,7 +34,7 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
 
     Args:
         condition: two letters, O or I and M, J or C (paper, section Simplifications).
-        objects: number of objects, 1 to 3.
+        objects: number of objects, 1 to as many as the scene has (the shipped ones: 3).
         scene: ``official``, ``builtin`` or the path of a manifest.
         goals: a goal set or its file, for the extrinsic phase.
         max_steps: steps until truncation, where it is not to be the phase's own length.

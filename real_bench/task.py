@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import Action, Command, action_segments, make_control
+from real_bench.actions import Action, Command, action_segments
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError
 from real_bench.goal_sets import Goal
@@ -27,7 +27,7 @@ class Task:
     Args:
         scene: the scene.
         condition: what is perceived and how the robot is controlled.
-        n_objects: 1 to 3.
+        n_objects: 1 to as many as the scene has.
         gui: show pybullet's window.
     """
 
@@ -36,7 +36,7 @@ class Task:
     ) -> None:
         self.condition = condition
         self.simulation = Simulation(scene, n_objects, gui=gui)
-        self.control = make_control(condition.control)
+        self.control = condition.control_type()
         self.action_space = action_space(scene, condition)
         self.observation_space = observation_space(scene, condition, n_objects)
         self.goal: Goal | None = None

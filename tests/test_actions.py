@@ -14,14 +14,11 @@ from real_bench.actions import (
     ACTION_STEPS,
     VIA_POINT_STEPS,
     Action,
-    CartesianControl,
-    JointControl,
-    MacroControl,
     action_segments,
     check_action,
-    plan_macro,
-    push_points,
 )
+from real_bench.controls import CartesianControl, JointControl, MacroControl
+from real_bench.controls.macro import plan_macro, push_points
 from real_bench.errors import ActionError
 from real_bench.simulation import HOME, Scene, Simulation
 

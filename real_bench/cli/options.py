@@ -39,7 +39,9 @@ set_option: Decorator = click.option(
 condition_option: Decorator = click.option(
     "--condition", metavar="XY", help="OM, IM, IJ, OJ, OC or IC, by the paper's names."
 )
-objects_option: Decorator = click.option("--objects", type=int, help="Number of objects, 1 to 3.")
+objects_option: Decorator = click.option(
+    "--objects", type=int, help="Number of objects, 1 to 3 in the scenes that ship."
+)
 scene_option: Decorator = click.option(
     "--scene", metavar="S", help="official, builtin, or the path of a manifest."
 )

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from real_bench.actions import Action, Control, make_control
+from real_bench.actions import Action
 from real_bench.blame import blame
 from real_bench.conditions import Condition
+from real_bench.controls import Control
 from real_bench.errors import RealBenchError
 from real_bench.finding import find_controller
 from real_bench.isolation.channel import Channel, Closed, Vigil
@@ -103,7 +104,7 @@ class Servant:
         terms = _Terms(
             action_space(scene, parsed),
             observation_space(scene, parsed, n_objects),
-            make_control(parsed.control),
+            parsed.control_type(),
         )
         self._unpacker = Unpacker(terms.observation_space)
         self._guests[0] = LocalGuest(self._source, self._kind, self._settings, terms)

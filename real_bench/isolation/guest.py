@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import Action, Command, Control, check_action, check_command
+from real_bench.actions import Action, Command, check_action, check_command
+from real_bench.controls import Control
 from real_bench.errors import ActionError
 from real_bench.explanation import Explanation
 from real_bench.isolation.conversation import EXPLANATION, STATE, Conversation

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from real_bench.conditions import Condition
+from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
 from real_bench.phases.guest import Guest, Host, Identity
 from real_bench.phases.player import at_play
@@ -108,7 +109,7 @@ def _level(identity: Identity) -> str:
 
 OFFICIAL_OPTIONS = ("options.yml", "options.yaml")
 
-CONTROL_OF = {"macro_action": "M", "joints": "J", "cartesian": "C"}
+CONTROL_OF = {control.official_name: letter for letter, control in CONTROLS.items()}
 PERCEPTION_OF = {"R1": "O", "R2": "I"}
 
 

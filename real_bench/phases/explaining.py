@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.controls import MacroControl
 from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
 from real_bench.files import write_whole
@@ -202,6 +203,6 @@ class Explainer:
 def _push(action: Action, height: float) -> NDArray[np.float64] | None:
     """The two ends of a macro, (2, 3) metres; other actions have no way that could be drawn."""
     command = action.commands[0]
-    if command.shape != (4,) or np.isnan(command).any():
+    if command.shape != (MacroControl.size,) or np.isnan(command).any():
         return None
     return np.column_stack([command.reshape(2, 2), [height, height]])

@@ -10,7 +10,8 @@ from typing import Any, Protocol
 
 from gymnasium import spaces
 
-from real_bench.actions import Action, Command, Control
+from real_bench.actions import Action, Command
+from real_bench.controls import Control
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.observation import Observation

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
@@ -138,7 +137,7 @@ class IntrinsicPhase:
             return recording.controller_files()
 
     def _recorder(self, header: Header, resume: bool, overwrite: bool) -> Recorder:
-        size = make_control(self.condition.control).size
+        size = self.condition.control_type.size
         if resume:
             return Recorder.resume(self.out, header, size, self.steps)
         camera = self.scene.manifest.camera

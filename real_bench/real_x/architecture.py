@@ -15,6 +15,7 @@ from pydantic import Field
 
 from real_bench.actions import ACTION_STEPS, Action
 from real_bench.controller import Controller, State
+from real_bench.controls import control_of
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
@@ -169,7 +170,7 @@ class RealX(Controller):
 
     def _rest(self) -> Action:
         """Nothing, for one action."""
-        return Action.rest(4 if "macro_action" in self.action_space.spaces else 9)
+        return control_of(self.action_space).rest()
 
 
 def _title(plan: Plan) -> str:

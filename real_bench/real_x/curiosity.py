@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.actions import Action
+from real_bench.controls import MacroControl
 from real_bench.real_x.change import STEPS, ChangePredictor, changed
 from real_bench.real_x.eye import EyeSettings
 from real_bench.real_x.home import is_home
@@ -143,5 +144,5 @@ class Curiosity:
 
 def _described(action: Action) -> NDArray[np.float64]:
     """What is commanded at each moment, (k, size); a macro is one command throughout."""
-    is_macro = action.commands.shape[1] == 4
+    is_macro = action.commands.shape[1] == MacroControl.size
     return action.commanded(MOMENTS[:1] if is_macro else MOMENTS)

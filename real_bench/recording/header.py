@@ -66,7 +66,7 @@ class Header(BaseModel):
 
     condition: str
     control_version: int = Field(ge=1, lt=2**31)
-    objects: int = Field(ge=1, le=3)
+    objects: int = Field(ge=1)
     object_names: tuple[str, ...]
     scene: str
     scene_source: str

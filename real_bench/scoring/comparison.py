@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from real_bench.conditions import CONTROLS, Condition
+from real_bench.conditions import Condition
 from real_bench.errors import ResultError
 from real_bench.scoring.metric import METRICS, SCORE, Metric
 from real_bench.scoring.repeats import by_goal
@@ -149,11 +149,11 @@ def check_one_control(settings: Iterable[Setting]) -> None:
     """Raise ResultError where one way of control occurs in two versions."""
     versions: dict[str, int] = {}
     for setting in settings:
-        control = Condition.parse(setting.condition).control
-        first = versions.setdefault(control, setting.control_version)
+        control = Condition.parse(setting.condition).control_type
+        first = versions.setdefault(control.letter, setting.control_version)
         if setting.control_version != first:
             raise ResultError(
-                f"results are of two versions of {CONTROLS[control]} "
+                f"results are of two versions of {control.name} "
                 f"({first} and {setting.control_version}), in which the same commands move the "
                 "robot a little differently: test again with this version"
             )

@@ -144,7 +144,7 @@ class Manifest(_Record):
     assets: Assets
     robot: Robot
     table: Table
-    objects: Annotated[tuple[Body, ...], Field(min_length=1, max_length=3)]
+    objects: Annotated[tuple[Body, ...], Field(min_length=1)]
     camera: Camera
     limits: Limits
     goals: GoalRegion

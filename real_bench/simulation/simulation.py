@@ -36,7 +36,7 @@ Segment = tuple[Sequence[float], int]
 
 
 class Simulation:
-    """A world of robot, table and 1 to 3 objects."""
+    """A world of robot, table and objects."""
 
     def __init__(self, scene: Scene, n_objects: int = 1, *, gui: bool = False) -> None:
         self.scene = scene

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from real_bench.actions import make_control
+from real_bench.controls import MacroControl
 from real_bench.errors import ControllerError
 from real_bench.isolation.conversation import Conversation
 from real_bench.isolation.guest import IsolatedGuest
@@ -17,7 +17,17 @@ from real_bench.phases.guest import Identity
 
 pytestmark = pytest.mark.attacks
 
-IDENTITY = Identity("Forged", "", True, False, False, {})
+IDENTITY = Identity(
+    class_name="Forged",
+    file="",
+    code_sha256="",
+    action_level=True,
+    uses_images=False,
+    learns_across_trials=False,
+    learns_from_experience=False,
+    hands_over_state=False,
+    settings={},
+)
 SEEN = Observation({})
 ONE = np.array([1000])
 NO = np.array([False])
@@ -40,7 +50,7 @@ class Forger:
 
 
 def guest(answer: Any) -> IsolatedGuest:
-    return IsolatedGuest("forged", IDENTITY, make_control("M"), cast(Conversation, Forger(answer)))
+    return IsolatedGuest("forged", IDENTITY, MacroControl(), cast(Conversation, Forger(answer)))
 
 
 ACTIONS = {
