@@ -23,7 +23,7 @@ from rich.table import Table
 
 from real_bench.actions import ACTION_STEPS
 from real_bench.conditions import Condition
-from real_bench.controller import BasePolicy
+from real_bench.controller import Controller
 from real_bench.isolation import IsolatedHost
 from real_bench.phases.guest import Host
 from real_bench.phases.intrinsic import IntrinsicPhase
@@ -38,7 +38,7 @@ MEASURED = {
 }
 
 
-class Pushes(BasePolicy):
+class Pushes(Controller):
     """Random macros, one call a step."""
 
     n_calls = 0

@@ -291,10 +291,23 @@ MACRO_PUSH_STEPS = 500
 MACRO_READY = (0.0, 0.0, 0.0, 0.0, 0.0, math.pi / 2, math.pi / 2, 0.0, 0.0)
 
 
+def push_points(points: tuple[float, ...]) -> list[tuple[float, float]]:
+    """The ends of the pieces in which a macro pushes; the last is its second point, to the bit.
+
+    Args:
+        points: x1, y1, x2, y2 in metres.
+    """
+    x1, y1, x2, y2 = points
+    length = float(np.linalg.norm(np.array([x2 - x1, y2 - y1])))
+    pieces = min(int(length / MACRO_PIECE) + 1, MACRO_PUSH_STEPS)
+    parts = [k / pieces for k in range(1, pieces)]  # how they are computed decides the bits
+    return [*((x1 + (x2 - x1) * part, y1 + (y2 - y1) * part) for part in parts), (x2, y2)]
+
+
 def plan_macro(points: tuple[float, ...], simulation: Simulation) -> list[Segment]:
     """The 1000 steps of a macro, planned from the robot's present state.
 
-    How the points between are computed decides the bits of the outcome.
+    A change of its bits needs a new :data:`real_bench.conditions.CONTROL_VERSIONS`.
     """
     from real_bench.simulation.bullet import pybullet
 
@@ -306,14 +319,9 @@ def plan_macro(points: tuple[float, ...], simulation: Simulation) -> list[Segmen
     x1, y1, x2, y2 = points
     above_start, at_start = reach(x1, y1, MACRO_HIGH), reach(x1, y1, MACRO_LOW)
     above_end = reach(x2, y2, MACRO_HIGH)
-    length = float(np.linalg.norm(np.array([x2 - x1, y2 - y1])))
-    pieces = min(int(length / MACRO_PIECE) + 1, MACRO_PUSH_STEPS)
-    ends = [
-        reach(x1 + (x2 - x1) * (k / pieces), y1 + (y2 - y1) * (k / pieces), MACRO_LOW)
-        for k in range(1, pieces + 1)
-    ]
-    held = int(MACRO_PUSH_STEPS / pieces)
-    last = MACRO_PUSH_STEPS - held * (pieces - 1)
+    ends = [reach(x, y, MACRO_LOW) for x, y in push_points(points)]
+    held = int(MACRO_PUSH_STEPS / len(ends))
+    last = MACRO_PUSH_STEPS - held * (len(ends) - 1)
     return [
         (MACRO_READY, 100),
         (above_start, 100),

@@ -9,6 +9,10 @@ from real_bench.errors import RealBenchError
 PERCEPTIONS = {"O": "object positions", "I": "images"}
 CONTROLS = {"M": "macro-actions", "J": "joints", "C": "cartesian"}
 
+CONTROL_VERSIONS = {"M": 2, "J": 1, "C": 1}
+"""Goes up when the same commands move the robot otherwise, if only in the last bit. Macros: 2 since
+they end exactly at their second point."""
+
 
 class ConditionError(RealBenchError, ValueError):
     """A condition that does not exist."""
@@ -37,6 +41,24 @@ class Condition:
     def name(self) -> str:
         """Two letters, as in the paper's REAL_OM."""
         return self.perception + self.control
+
+    @property
+    def control_version(self) -> int:
+        """Which version of its control this is: see :data:`CONTROL_VERSIONS`."""
+        return CONTROL_VERSIONS[self.control]
+
+    def control_misfit(self, version: int) -> str | None:
+        """Why what another version of this control did cannot be gone on with; None where it can.
+
+        Args:
+            version: of the control, as a recording or result has it.
+        """
+        if version == self.control_version:
+            return None
+        return (
+            f"its {CONTROLS[self.control]} are of version {version}, these of "
+            f"{self.control_version}: the same commands move the robot a little differently"
+        )
 
     @property
     def sees_objects(self) -> bool:

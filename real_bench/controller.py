@@ -2,41 +2,43 @@
 
 A controller is a class of one of two kinds:
 
-* **One call a step**, the official class API: derive from :class:`BasePolicy`, define ``step``.
-* **Whole actions**, which the benchmark executes in its fast loop: derive from
-  :class:`Controller`, define ``next_action``.
+* derived from :class:`Controller`: it defines ``next_action`` (whole actions, which the benchmark
+  executes in its fast loop) or ``step`` (one call a simulation step), and as many of the hooks
+  below as it needs;
+* derived from :class:`BasePolicy`, the official class API: it defines ``step``. Only the hooks
+  marked with (*) are called; whatever else it defines is its own.
 
 Either way it is made with the two spaces, and it is called in this order::
 
-    controller = YourClass(action_space, observation_space)
+    controller = YourClass(action_space, observation_space)                             (*)
     controller.seed(seed)
     # intrinsic phase
     controller.set_state(state)                   # only where a run is resumed,
     controller.resume_intrinsic_phase(experience) # with what was recorded before the cut
-    controller.start_intrinsic_phase()
-    controller.step(...) or .next_action(...)     # until the phase's steps are over
-    controller.end_intrinsic_phase(observation, reward, done)
+    controller.start_intrinsic_phase()                                                  (*)
+    controller.step(...) or .next_action(...)     # until the phase's steps are over    (*)
+    controller.end_intrinsic_phase(observation, reward, done)                           (*)
     controller.use_experience(experience)         # all of it: the time to learn
     state = controller.get_state()                # kept in the run file
     # extrinsic phase, perhaps in another process
     controller.set_state(state)
     controller.use_experience(experience)
-    controller.start_extrinsic_phase()
+    controller.start_extrinsic_phase()                                                  (*)
     for each goal:                                # each with a copy of the controller as it is here
         controller.seed(seed of the goal)
-        controller.start_extrinsic_trial()
-        controller.step(...) or .next_action(...)
-        controller.end_extrinsic_trial(observation, reward, done)
-        controller.end_extrinsic_phase()
+        controller.start_extrinsic_trial()                                              (*)
+        controller.step(...) or .next_action(...)                                       (*)
+        controller.end_extrinsic_trial(observation, reward, done)                       (*)
+        controller.end_extrinsic_phase()                                                (*)
 
 With ``learns_across_trials`` there is no copy: one controller meets all goals in order, and
-``end_extrinsic_phase`` comes once, after the last.
+``end_extrinsic_phase`` comes once, after the last. That is the default of the official class API,
+where it was so; a class may say otherwise.
 
 A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is made
 with a third argument, a record of that class, whose values a user sets by ``--set name=value``.
 
-Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
-the simulation, the goal file or the score.
+A controller sees observations and spaces, never the simulation, the goal file or the score.
 """
 
 from __future__ import annotations
@@ -56,15 +58,14 @@ class BasePolicy:
     """The official class API, one call a step; also importable as ``real_robots.policy``.
 
     Attributes:
-        learns_across_trials: true for a controller that goes on learning from one trial to the
-            next. It is then tested in one process, goal after goal; any other controller meets
-            every goal as the intrinsic phase left it.
+        learns_across_trials: false for a controller of which every goal is to meet a copy, as the
+            intrinsic phase left it; then trials may be shared among processes.
         uses_images: true for a controller that learns from recorded images in every condition;
             they are then recorded also where it sees positions.
         Settings: the class of its settings, where it has any.
     """
 
-    learns_across_trials = False
+    learns_across_trials = True
     uses_images = False
     Settings: ClassVar[type[settings.Settings] | None] = None
 
@@ -79,12 +80,6 @@ class BasePolicy:
         action's ``render`` is true.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step()")
-
-    def resume_intrinsic_phase(self, experience: Experience) -> None:
-        """Free play goes on after a cut, with what was recorded up to it.
-
-        So memories of what was seen need not be part of the state.
-        """
 
     def start_intrinsic_phase(self) -> None:
         """Free play begins."""
@@ -108,8 +103,34 @@ class BasePolicy:
     ) -> None:
         """The test is over."""
 
+
+class Controller(BasePolicy):
+    """A controller with all the hooks of the benchmark; it defines ``next_action`` or ``step``.
+
+    Attributes:
+        learns_across_trials: true for a controller that goes on learning from one trial to the
+            next. It is then tested in one process, goal after goal; any other one meets every
+            goal as the intrinsic phase left it.
+    """
+
+    learns_across_trials = False
+
+    def next_action(self, observation: Mapping[str, Any]) -> Action:
+        """The next action; see :class:`real_bench.actions.Action` for how to make one.
+
+        What is not read from the observation is never computed, so images are free until asked
+        for, and are rendered whenever they are.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no next_action()")
+
     def seed(self, seed: int) -> None:
         """Where a controller's randomness comes from; the same seed must give the same play."""
+
+    def resume_intrinsic_phase(self, experience: Experience) -> None:
+        """Free play goes on after a cut, with what was recorded up to it.
+
+        So memories of what was seen need not be part of the state.
+        """
 
     def get_state(self) -> State:
         """All that is needed to go on from here: generators, learned weights, counters."""
@@ -125,18 +146,6 @@ class BasePolicy:
         again before the tests, after :meth:`set_state`: for a controller that did not play itself
         this is the time to learn.
         """
-
-
-class Controller(BasePolicy):
-    """A controller that decides on whole actions, lasting many steps each."""
-
-    def next_action(self, observation: Mapping[str, Any]) -> Action:
-        """The next action; see :class:`real_bench.actions.Action` for how to make one.
-
-        What is not read from the observation is never computed, so images are free until asked
-        for, and are rendered whenever they are.
-        """
-        raise NotImplementedError(f"{type(self).__name__} has no next_action()")
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action, for ``realbench extrinsic --explain``; None: no comment."""

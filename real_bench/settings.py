@@ -26,6 +26,10 @@ def settings_class(controller: type[Any]) -> type[Settings] | None:
     if found is None:
         return None
     if not (isinstance(found, type) and issubclass(found, Settings)):
+        from real_bench.controller import Controller
+
+        if not issubclass(controller, Controller):  # the name means something else there
+            return None
         raise ControllerError(
             f"{controller.__name__}.Settings must derive from real_bench.settings.Settings"
         )

@@ -14,6 +14,7 @@ COMMANDS = {
     "intrinsic": "play freely and record it",
     "extrinsic": "test a controller on goals and print the score table",
     "evaluate": "both phases in one process, as the official evaluation did",
+    "check": "find out in a moment whether a controller will do",
     "table": "make the table of an experiment: many plays and tests, published scores beside",
     "compare": "compare two sets of scores, goal by goal",
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",

@@ -25,6 +25,7 @@ Example:
 @click.option(
     "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
 )
+@options.trial_steps_option
 @click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
 @options.min_score_option
@@ -35,6 +36,7 @@ Example:
 def evaluate(
     goals: Path | None,
     trials: int | None,
+    trial_steps: int,
     run: Path,
     out: Path,
     min_score: float | None,
@@ -51,7 +53,6 @@ def evaluate(
     """
     from real_bench.files import check_output
     from real_bench.goal_sets import load_goal_set
-    from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.trial import TrialPlan
 
@@ -63,7 +64,7 @@ def evaluate(
         scene=phase.scene,
         goal_set=testing.goals_for_test(given_goals, phase.objects, phase.scene),
         seed=phase.seed,
-        trial_steps=TRIAL_STEPS,
+        trial_steps=trial_steps,
         run=run,
         settings=phase.settings,
         host=phase.host,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.guest import Guest, Host
+    from real_bench.phases.handover import Wanted
     from real_bench.phases.trial import TrialPlan
     from real_bench.recording import Header
     from real_bench.scoring.result import Result
@@ -98,6 +99,8 @@ def plan_trials(
     assignments: tuple[str, ...],
     run: Path | None,
     run_steps: int | None,
+    learned: Wanted | None,
+    trial_steps: int,
     goals: Path | None,
     condition: str | None,
     objects: int | None,
@@ -111,7 +114,6 @@ def plan_trials(
     """What the options describe; what they leave out comes from the recording or the goals."""
     from real_bench.conditions import Condition
     from real_bench.goal_sets import load_goal_set
-    from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.local import LocalHost
     from real_bench.phases.trial import TrialPlan
     from real_bench.settings import merged, read_settings
@@ -143,7 +145,7 @@ def plan_trials(
         scene=loaded,
         goal_set=goals_for_test(given, n_objects, loaded),
         seed=seed if seed is not None else (header.seed if header else 0),
-        trial_steps=TRIAL_STEPS,
+        trial_steps=trial_steps,
         run=path,
         run_steps=run_steps,
         settings=merged(
@@ -153,6 +155,7 @@ def plan_trials(
         videos=video,
         pictures=pictures,
         explanations=explain,
+        wanted=learned,
         host=host,
     )
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from real_bench.lengths import TRIAL_STEPS
+
 if TYPE_CHECKING:
     from real_bench.phases.guest import Host
     from real_bench.recording import Header
@@ -51,6 +53,15 @@ LIMIT_OPTIONS: tuple[Decorator, ...] = (
     ),
 )
 
+trial_steps_option: Decorator = click.option(
+    "--trial-steps",
+    type=int,
+    metavar="N",
+    default=TRIAL_STEPS,
+    show_default=True,
+    help="Length of a trial; of another one, scores compare with nothing published.",
+)
+
 TESTING_OPTIONS: tuple[Decorator, ...] = (
     click.option(
         "--run",
@@ -63,10 +74,29 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
         metavar="N",
         help="Learn only from its first N steps. [default: all]",
     ),
+    click.option(
+        "--keep-learned",
+        "learned",
+        flag_value="keep",
+        help="Go on with what it learned by other code or settings.",
+    ),
+    click.option(
+        "--relearn",
+        "learned",
+        flag_value="again",
+        help="Have it learn again from the recording, and not go on from what it learned then.",
+    ),
+    click.option(
+        "--as-made",
+        "learned",
+        flag_value="nothing",
+        help="Test it although the recording holds nothing of what it learned.",
+    ),
     click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
     click.option(
         "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
     ),
+    trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
     click.option("--out", type=FILE, default=DEFAULT_RESULT, show_default=True),
 )
@@ -109,12 +139,12 @@ def testing_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def recorded_settings(header: Header | None, controller: str | None, host: Host) -> dict[str, Any]:
     """The settings that a run was played with, if its controller is the one that is asked for."""
-    from real_bench.finding import resolved
+    from real_bench.source import resolved
 
     if header is None or controller is None:
         return header.settings if header else {}
     one = host.identity(controller, None)
-    same = header.is_of(resolved(controller), one.source_sha256, one.class_name)
+    same = header.is_of(resolved(controller), one.code_sha256, one.class_name)
     return header.settings if same else {}
 
 

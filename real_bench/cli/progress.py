@@ -52,8 +52,10 @@ class ProgressDisplay:
             transient=True,
         )
         self._task = self._bar.add_task(title, total=total, note="")
-        self._handler = RichHandler(
-            console=self._console, show_time=False, show_level=False, show_path=False
+        self._handler: logging.Handler = (
+            RichHandler(console=self._console, show_time=False, show_level=False, show_path=False)
+            if self._live
+            else logging.StreamHandler()  # lines as they are, for a log
         )
         self._began = self._last_line = time.monotonic()
         self._first: int | None = None

@@ -116,12 +116,12 @@ def _draw_goals(spec: Spec) -> None:
 def _check(spec: Spec) -> None:
     """Find out before any work is done whether controllers are there, and goals fit."""
     from real_bench.goal_sets import load_goal_set
-    from real_bench.isolation.view import view_of
     from real_bench.simulation import load_scene
+    from real_bench.source import ControllerSource
 
     played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
     for named in {*played, *(cell.controller for cell in spec.cells)}:
-        view_of(spec.controller(named))
+        ControllerSource.of(spec.controller(named)).code_files()
     scene = load_scene(spec.scene_source)
     goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
     for name, objects in sorted(goals):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
 from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.spec import Cell, Spec
@@ -27,6 +28,7 @@ class Row:
         n_asked: how many repeats.
         seeds: of the repeats that are done.
         files: their results.
+        control_version: of the way of control, in these; None while there are none.
         summary: of their scores; None while there are none.
         unlike_published: what is not as it was for the published score.
     """
@@ -35,6 +37,7 @@ class Row:
     n_asked: int
     seeds: tuple[int, ...]
     files: tuple[Path, ...]
+    control_version: int | None
     summary: RepeatsSummary | None
     unlike_published: tuple[str, ...] = ()
 
@@ -44,6 +47,12 @@ class Row:
         if self.summary is None or self.cell.published is None:
             return None
         return self.summary.score.mean - self.cell.published.mean
+
+    @property
+    def is_of_earlier_control(self) -> bool:
+        """Whether the robot was moved by an earlier version of the way of control."""
+        now = Condition.parse(self.cell.condition).control_version
+        return self.control_version not in (None, now)
 
     @property
     def is_enough(self) -> bool:
@@ -57,6 +66,7 @@ class Row:
             "repeats": self.n_asked,
             "seeds_done": list(self.seeds),
             "files": [file.name for file in self.files],
+            "control_version": self.control_version,
             "summary": self.summary.to_json() if self.summary else None,
             "difference": self.difference,
             "enough_repeats_to_compare": self.is_enough,
@@ -92,8 +102,9 @@ def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
         files += [task.out for task, _ in repeat]
     table = by_goal(results) if results else None
     summary = summarise_repeats(table) if table else None
+    version = results[0].setting.control_version if results else None  # all are alike
     unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
-    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), summary, unlike)
+    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), version, summary, unlike)
 
 
 def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:
@@ -130,6 +141,7 @@ class _Alike:
         setting = result.setting
         self._same(task, setting.scene_sha256, "scenes")
         self._same(task, setting.goals_sha256, "goals", task.goals.name)
+        self._same(task, setting.control_version, "versions of its control", cell.name)
         self._same(task, setting.settings, "settings", cell.name)
 
     def _same(self, task: ScoringTask, value: Any, what: str, *of: str) -> None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 from real_bench.errors import ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
-from real_bench.finding import is_defined_by
+from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import merged
+from real_bench.source import ControllerSource, is_code_of
 
 
 @dataclass(frozen=True)
@@ -113,14 +113,11 @@ def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str
 
 def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
     """A file is told by its name and content, for it may have come from another folder."""
-    target, _, kind = task.controller.partition(":")
-    if not target.endswith(".py"):
+    if without_folder(named) != without_folder(task.controller):
         return _differences({"controller": named}, {"controller": task.controller})
-    found, _, found_kind = named.partition(":")
-    if (Path(found).name, found_kind) != (Path(target).name, kind):
-        return [f"controller {named}, not {task.controller}"]
-    if not is_defined_by(Path(target), sha256):
-        return [f"{Path(target).name} as it was before it was changed"]
+    source = ControllerSource.of(task.controller)
+    if source.file is not None and not is_code_of(source, sha256):
+        return [f"{source.file.name}, or what lies beside it, as it was before it was changed"]
     return []
 
 

@@ -122,6 +122,11 @@ def notes(rows: Sequence[Row]) -> list[str]:
         told.append(f"{FEW} fewer than {ENOUGH_REPEATS} plays: too few to compare")
     for reason in dict.fromkeys(reason for row in rows for reason in row.unlike_published):
         told.append(f"{UNLIKE} not what was published: {reason}")
+    if earlier := [row.cell.name for row in rows if row.is_of_earlier_control]:
+        told.append(
+            f"by an earlier version of their control (macros did not end exactly at their second "
+            f"point): {', '.join(earlier)}"
+        )
     if missing:
         asked = sum(row.n_asked for row in rows)
         told.append(f"{missing} of {asked} repeats are missing")

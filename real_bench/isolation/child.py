@@ -6,25 +6,29 @@ import socket
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from gymnasium import spaces
 
 from real_bench.actions import Action, Control, make_control
+from real_bench.blame import blame
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
-from real_bench.finding import blame, find_controller, source_file
+from real_bench.finding import find_controller
 from real_bench.isolation.channel import Channel, Closed, Vigil
 from real_bench.isolation.messages import Size
 from real_bench.isolation.observed import Unpacker
+from real_bench.isolation.workplace import new_files, put_files
 from real_bench.observation import Observation
 from real_bench.phases.local import LocalGuest, identify
 from real_bench.recording import Experience
 from real_bench.recording.state import restore_state, strip_state
 from real_bench.simulation.scene import Manifest, Scene
+from real_bench.source import ControllerSource
 from real_bench.spaces import action_space, observation_space
 
 ANYTHING = Size(structure=1 << 28, numbers=1 << 36)  # the parent is trusted
@@ -68,17 +72,29 @@ class Servant:
     ) -> dict[str, Any]:
         """Import the controller, which lies at ``place``, and say what it is."""
         self._spec = spec
-        kind = find_controller(place)
-        self._kind, self._settings = kind, settings or {}
-        identity = identify(kind, spec, settings)
+        kind, source = find_controller(place), replace(ControllerSource.of(place), spec=spec)
+        self._kind, self._source, self._settings = kind, source, settings or {}
+        identity = identify(kind, source, settings)
         return {
             "class_name": identity.class_name,
-            "source": str(source_file(kind) or ""),
+            "file": identity.file,
             "action_level": identity.action_level,
             "uses_images": identity.uses_images,
             "learns_across_trials": identity.learns_across_trials,
+            "learns_from_experience": identity.learns_from_experience,
+            "hands_over_state": identity.hands_over_state,
             "settings": dict(identity.settings),
         }
+
+    def do_put_files(self, names: list[str], contents: list[Any]) -> None:
+        """Write files into the working directory."""
+        put_files(dict(zip(names, (content.tobytes() for content in contents), strict=True)))
+
+    def do_get_files(self) -> list[list[Any]]:
+        """What was written into the working directory since it began."""
+        files = new_files()
+        contents = [np.frombuffer(content, np.uint8) for content in files.values()]
+        return [list(files), contents]
 
     def do_make(self, manifest: dict[str, Any], condition: str, n_objects: int) -> None:
         """Make the controller."""
@@ -90,7 +106,7 @@ class Servant:
             make_control(parsed.control),
         )
         self._unpacker = Unpacker(terms.observation_space)
-        self._guests[0] = LocalGuest(self._spec, self._kind, self._settings, terms)
+        self._guests[0] = LocalGuest(self._source, self._kind, self._settings, terms)
 
     def do_copy(self, number: int) -> int:
         """Make a copy; returns its number."""

@@ -13,6 +13,7 @@ from real_bench.errors import ActionError
 from real_bench.explanation import Explanation
 from real_bench.isolation.conversation import EXPLANATION, STATE, Conversation
 from real_bench.isolation.observed import packed
+from real_bench.isolation.workplace import is_plain_path
 from real_bench.observation import Observation
 from real_bench.phases.guest import Identity, fault
 from real_bench.recording import Experience, State
@@ -104,6 +105,19 @@ class IsolatedGuest:
         """Give it the triplets of the intrinsic phase."""
         self.call("use_experience", experience)
 
+    def get_files(self) -> dict[str, bytes]:
+        """What it has written into its working directory, by name."""
+        match self.conversation.ask("get_files", size=STATE):
+            case [list(names), list(contents)] if len(names) == len(contents):
+                pass
+            case _:
+                raise fault(self, "its process does not say what files it wrote")
+        if not all(isinstance(name, str) and is_plain_path(name) for name in names):
+            raise fault(self, "its process gives a file a name that leads elsewhere")
+        if not all(isinstance(one, np.ndarray) and one.dtype == np.uint8 for one in contents):
+            raise fault(self, "its process gives files that are not of bytes")
+        return dict(zip(names, (content.tobytes() for content in contents), strict=True))
+
     def copy(self) -> IsolatedGuest:
         """An independent copy of the controller as it is now, in the same process."""
         number = self._ask("copy")
@@ -144,6 +158,13 @@ class IsolatedGuest:
             return restore_state(structure, lambda number: arrays[number])
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
             raise fault(self, f"its process hands over a damaged state: {error}") from error
+
+
+def put_files(conversation: Conversation, files: Mapping[str, bytes]) -> None:
+    """Put files into the working directory, before the controller is imported."""
+    if files:
+        contents = [np.frombuffer(content, np.uint8) for content in files.values()]
+        conversation.ask("put_files", list(files), contents)
 
 
 def _action(answer: Any) -> Action:

@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ControllerError
-from real_bench.finding import resolved
 from real_bench.isolation.conversation import Conversation
-from real_bench.isolation.guest import IsolatedGuest
+from real_bench.isolation.guest import IsolatedGuest, put_files
 from real_bench.isolation.limits import Limits
 from real_bench.isolation.messages import MessageError, encode
-from real_bench.isolation.view import View, view_of
+from real_bench.isolation.process import printable
+from real_bench.isolation.view import view_of
 from real_bench.isolation.walls import Walls, found_walls
-from real_bench.phases.guest import Identity
+from real_bench.phases.guest import NO_FILES, Identity
+from real_bench.source import ControllerSource, resolved
 from real_bench.task import Task
 
 
@@ -35,17 +36,26 @@ class IsolatedHost:
 
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
-        conversation, view = self._begun(spec)
+        source = ControllerSource.of(spec)
+        conversation = self._begun(source)
         try:
-            return _identity(conversation, view, spec, settings)
+            return _identity(conversation, source, settings)
         finally:
             conversation.close()
 
-    def guest(self, spec: str, settings: Mapping[str, Any], task: Task) -> IsolatedGuest:
+    def guest(
+        self,
+        spec: str,
+        settings: Mapping[str, Any],
+        task: Task,
+        files: Mapping[str, bytes] = NO_FILES,
+    ) -> IsolatedGuest:
         """The controller, made; raises ControllerError."""
-        conversation, view = self._begun(spec)
+        source = ControllerSource.of(spec)
+        conversation = self._begun(source)
         try:
-            identity = _identity(conversation, view, spec, settings)
+            put_files(conversation, files)
+            identity = _identity(conversation, source, settings)
             scene = task.simulation.scene
             manifest = scene.manifest.model_dump(exclude_defaults=True)
             n_objects = len(task.simulation.object_names)
@@ -55,34 +65,39 @@ class IsolatedHost:
             raise
         return IsolatedGuest(spec, identity, task.control, conversation)
 
-    def _begun(self, spec: str) -> tuple[Conversation, View]:
-        view = view_of(spec)
+    def _begun(self, source: ControllerSource) -> Conversation:
+        view = view_of(source)
         view.check_hides(self.secrets)
-        return Conversation(spec, view, self.limits, self.walls), view
+        return Conversation(source.spec, view, self.limits, self.walls)
 
 
 def _identity(
-    conversation: Conversation, view: View, spec: str, settings: Mapping[str, Any] | None
+    conversation: Conversation, source: ControllerSource, settings: Mapping[str, Any] | None
 ) -> Identity:
     try:
         encode(settings)
     except MessageError as error:
         raise conversation.fault(f"its settings must be plain values: {error}") from error
-    match conversation.ask("identity", spec, resolved(spec), settings):
+    match conversation.ask("identity", source.spec, resolved(source.spec), settings):
         case {
             "class_name": str(name),
-            "source": str(source),
+            "file": str(file),
             "action_level": bool(action_level),
             "uses_images": bool(uses_images),
             "learns_across_trials": bool(learns_across_trials),
+            "learns_from_experience": bool(learns_from_experience),
+            "hands_over_state": bool(hands_over_state),
             "settings": dict(settings),
         }:
             return Identity(
                 class_name=name[:200],
-                source_sha256=view.source_sha256(source),
+                file=printable(file[:1000]),
+                code_sha256=source.code_sha256,
                 action_level=action_level,
                 uses_images=uses_images,
                 learns_across_trials=learns_across_trials,
+                learns_from_experience=learns_from_experience,
+                hands_over_state=hands_over_state,
                 settings=settings,
             )
-    raise ControllerError(f"controller {spec}: its process does not say what it is")
+    raise ControllerError(f"controller {source.spec}: its process does not say what it is")

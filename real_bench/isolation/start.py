@@ -28,6 +28,7 @@ def main() -> None:
         _part("landlock")["restrict"](**told["reach"])
     if told["seccomp"]:
         _part("seccomp")["restrict"]()
+    _work_in(told["workplace"])
     del sys.argv[1:]
     sys.path += told["import_from"]
 
@@ -38,6 +39,15 @@ def main() -> None:
 
 def _part(name: str) -> dict[str, Any]:
     return runpy.run_path(str(Path(__file__).with_name(f"{name}.py")))
+
+
+def _work_in(workplace: "dict[str, Any]") -> None:
+    paths = {name: [Path(path) for path in workplace[name]] for name in ("own", "hidden")}
+    folder = workplace["folder"]
+    try:
+        _part("workplace")["make"](Path(workplace["place"]), folder and Path(folder), **paths)
+    except OSError as error:
+        sys.exit(f"its folder cannot be copied into its working directory: {error}")
 
 
 def _die_with_parent(parent: "int | None") -> None:

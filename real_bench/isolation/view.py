@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import importlib.util
 import site
 import sys
 import sysconfig
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 from real_bench.errors import ControllerError
-from real_bench.files import file_sha256
-from real_bench.finding import code_beside, installed
+from real_bench.isolation.ours import is_ours
+from real_bench.source import OURS, ControllerSource, is_left_out, module_place
 
 SYSTEM = (
     "/usr",
@@ -35,14 +33,17 @@ class View:
     Attributes:
         own: the files and folders that the controller came with.
         shared: Python, its packages, and the system's libraries.
-        hidden: folders among these that are not seen: goals that ship with us.
+        hidden: folders and files among these that are not seen: goals, recordings and results.
         import_from: folders to import from beside Python's own.
+        folder: the folder of a controller that is a file; a copy of what is seen of it is the
+            working directory.
     """
 
     own: tuple[Path, ...]
     shared: tuple[Path, ...]
     hidden: tuple[Path, ...]
     import_from: tuple[Path, ...] = ()
+    folder: Path | None = None
 
     def check_hides(self, secrets: Iterable[Path]) -> None:
         """Raise ControllerError where the controller would see one of these."""
@@ -56,55 +57,35 @@ class View:
                     "the controller's package, of Python and of the system's folders"
                 )
 
-    def source_sha256(self, claimed: str) -> str:
-        """The hash of the file that the controller says defines it; empty if it is not its own."""
-        file = Path(claimed)
-        own = claimed != "" and _within(file.resolve(), self.own) and file.is_file()
-        return file_sha256(file) if own else ""
+    def withheld(self) -> list[str]:
+        """What of the controller's own folder is not shown to it, by name."""
+        if self.folder is None:
+            return []
+        return [
+            path.relative_to(self.folder).as_posix()
+            for path in self.hidden
+            if path.is_relative_to(self.folder)
+        ]
 
 
-def view_of(spec: str) -> View:
-    """What the controller that ``spec`` names sees; found without importing any of it.
+def view_of(source: ControllerSource) -> View:
+    """What a controller sees; found without importing any of it.
 
-    Of the folder in which a controller's file lies it sees the Python files and the packages: not
-    recordings, goals or results that lie there, nor what is put there later.
+    Of the folder in which a controller's file lies it sees all that is there at the start, but
+    links, what tools keep there, and recordings, goals and results of ours. What is put there
+    later is not seen, unless into a folder of it.
 
     Raises:
-        ControllerError: there is no such file, module or name.
+        ControllerError: there is no such module.
     """
-    target, _, class_name = spec.partition(":")
     shared, hidden = tuple(_shared()), tuple(_hidden())
-    if target.endswith(".py"):
-        file = Path(target).resolve()
-        if not file.is_file():
-            raise ControllerError(f"the controller file {target} does not exist")
-        return View((file, *code_beside(file)), shared, hidden, _user_site())
-    module = target if class_name else installed(spec).module
-    place = _place_of(module, spec)
-    elsewhere = () if _within(place, shared) else (place.parent,)
-    return View((place,), shared, hidden, (*_user_site(), *elsewhere))
-
-
-def _place_of(module: str, spec: str) -> Path:
-    """The file of a module, or the folder of the package that it is in."""
-    ours = "real_bench.controllers"
-    top = ours if module.startswith(ours) else module.partition(".")[0]
-    found = _find(top)
-    if found is None:
-        raise ControllerError(f"controller {spec} cannot be loaded: there is no module {top}")
-    return found
-
-
-def _find(module: str) -> Path | None:
-    try:
-        found: ModuleSpec | None = importlib.util.find_spec(module)
-    except (ImportError, ValueError):
-        return None
-    if found is None:
-        return None
-    if found.submodule_search_locations:
-        return Path(next(iter(found.submodule_search_locations))).resolve()
-    return Path(found.origin).resolve() if found.has_location and found.origin else None
+    if source.file is None:
+        elsewhere = () if _within(source.place, shared) else (source.place.parent,)
+        return View((source.place,), shared, hidden, (*_user_site(), *elsewhere))
+    secret = [path for path in source.files() if is_ours(path)]
+    entries = (path for path in sorted(source.place.iterdir()) if not is_left_out(path))
+    own = tuple(path for path in entries if path not in secret)
+    return View(own, shared, (*hidden, *secret), _user_site(), source.place)
 
 
 def _user_site() -> tuple[Path, ...]:
@@ -125,14 +106,14 @@ def _shared() -> Iterator[Path]:
         *site.getsitepackages(),
         *map(str, _user_site()),
         str(Path(__file__).parents[1]),
-        *(str(place) for place in [_find("real_bench.controllers")] if place),
+        *(str(place) for place in [module_place(OURS)] if place),
     ]
     found = {Path(folder) for folder in folders} | {Path(folder).resolve() for folder in folders}
     yield from sorted(path for path in found if path.exists())
 
 
 def _hidden() -> Iterator[Path]:
-    place = _find("real_bench.goals")
+    place = module_place("real_bench.goals")
     if place is not None:
         yield place
 

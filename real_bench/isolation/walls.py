@@ -151,6 +151,12 @@ def python_command(walls: Walls, view: View, limits: Limits, site: Site) -> list
         "seccomp": walls.seccomp,
         "reach": bare_reach,
         "import_from": [str(path) for path in view.import_from],
+        "workplace": {
+            "place": "/tmp/work" if walls.bubblewrap else str(site.tmp / "work"),
+            "folder": str(view.folder) if view.folder else None,
+            "own": [str(path) for path in view.own if view.folder],
+            "hidden": [str(path) for path in view.hidden if view.folder],
+        },
     }
     return [sys.executable, "-I", "-X", "faulthandler", str(START), json.dumps(told)]
 
@@ -167,7 +173,7 @@ def bubblewrap_options(view: View, site: Site) -> list[str]:
         *("--size", str(TEMPORARY_BYTES), "--tmpfs", "/tmp"),
         *_flat(("--symlink", str(Path(path).readlink()), path) for path in links),
         *_flat(("--ro-bind", str(path), str(path)) for path in folders),
-        *_flat(("--size", "65536", "--tmpfs", str(path)) for path in _masked(view)),
+        *_flat(_mask(path) for path in _masked(view)),
         *("--ro-bind", str(site.inbox), str(site.inbox)),
         *("--remount-ro", "/", "--chdir", "/tmp"),
     ]
@@ -192,6 +198,13 @@ def _without(path: Path, hidden: list[Path]) -> Iterator[Path]:
 def _masked(view: View) -> list[Path]:
     seen = (*view.shared, *view.own)
     return [path for path in view.hidden if any(path.is_relative_to(root) for root in seen)]
+
+
+def _mask(path: Path) -> tuple[str, ...]:
+    """What lies over something hidden: an empty folder, or a file in which nothing is."""
+    if path.is_dir():
+        return ("--size", "65536", "--tmpfs", str(path))
+    return ("--ro-bind", "/dev/null", str(path))
 
 
 def _flat(groups: Iterable[Iterable[str]]) -> Iterator[str]:

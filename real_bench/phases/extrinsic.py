@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -11,14 +12,17 @@ from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256, write_lock
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.phases.guest import Guest, Identity
+from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, package_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
-from real_bench.scoring.result import Result, Setting, TrialResult, load_result
+from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 
 Report = Callable[[Result], None]
+
+log = logging.getLogger(__name__)
 
 LOST_WORKER = "trials that were finished are kept: repeat the command with --resume"
 
@@ -80,8 +84,9 @@ class ExtrinsicPhase:
             remedy = "--overwrite" if guest else "--resume or --overwrite"
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
             identity = self._identity() if guest is None else guest.identity
-            result = self._begun(identity, resume)
-            for trial, seconds in self._trials(identity, result, guest, stop):
+            given = self.plan.handover(identity) if guest is None else NOTHING
+            result = self._begun(identity, given.learned, resume)
+            for trial, seconds in self._trials(identity, result, guest, given, stop):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
@@ -98,11 +103,13 @@ class ExtrinsicPhase:
         return goals_in_proportion(self.plan.goal_set.classes, self.n_trials)
 
     def _identity(self) -> Identity:
-        return self.plan.host.identity(self.plan.controller, self.plan.settings)
+        identity = self.plan.host.identity(self.plan.controller, self.plan.settings)
+        log.info("controller: %s", identity)
+        return identity
 
-    def _begun(self, identity: Identity, resume: bool) -> Result:
+    def _begun(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:
         """An empty result, or the one to be resumed."""
-        setting = self._setting(identity)
+        setting = self._setting(identity, learned)
         if not resume:
             return Result(setting=setting)
         result = load_result(self.out)
@@ -128,7 +135,12 @@ class ExtrinsicPhase:
         return result.model_copy(update={"setting": setting})
 
     def _trials(
-        self, identity: Identity, result: Result, guest: Guest | None, stop: StopRequest
+        self,
+        identity: Identity,
+        result: Result,
+        guest: Guest | None,
+        given: Handover,
+        stop: StopRequest,
     ) -> Iterator[tuple[TrialResult, float]]:
         done = {trial.goal for trial in result.trials}
         left = [number for number in self.goal_numbers if number not in done]
@@ -136,9 +148,11 @@ class ExtrinsicPhase:
             return
         if self.jobs > 1 and guest is None and not identity.learns_across_trials:
             jobs = min(self.jobs, len(left))
-            yield from in_processes(partial(_maker, self.plan), left, jobs, stop, LOST_WORKER)
+            yield from in_processes(
+                partial(_maker, self.plan, given), left, jobs, stop, LOST_WORKER
+            )
             return
-        maker = TrialMaker(self.plan, guest)
+        maker = TrialMaker(self.plan, guest, given)
         try:
             if maker.in_order and done:
                 raise ResultError(
@@ -152,18 +166,20 @@ class ExtrinsicPhase:
         finally:
             maker.close()
 
-    def _setting(self, identity: Identity) -> Setting:
+    def _setting(self, identity: Identity, learned: Learned | None) -> Setting:
         plan = self.plan
         run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,
+            control_version=plan.condition.control_version,
             objects=plan.goal_set.n_objects,
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
             controller=plan.controller,
-            controller_sha256=identity.source_sha256,
+            controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
+            learned=learned,
             run_sha256=run_sha256,
             run_steps=plan.run_steps or run_steps,
             goals_sha256=plan.goal_set.sha256,
@@ -183,5 +199,5 @@ def _run_identity(run: Path | None) -> tuple[str, int]:
     return file_sha256(run), n_steps
 
 
-def _maker(plan: TrialPlan) -> Callable[[int], tuple[TrialResult, float]]:
-    return TrialMaker(plan).make
+def _maker(plan: TrialPlan, given: Handover) -> Callable[[int], tuple[TrialResult, float]]:
+    return TrialMaker(plan, given=given).make

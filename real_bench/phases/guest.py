@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from gymnasium import spaces
@@ -16,6 +17,8 @@ from real_bench.observation import Observation
 from real_bench.recording import Experience, State
 from real_bench.task import Task
 
+NO_FILES: Mapping[str, bytes] = MappingProxyType({})
+
 
 @dataclass(frozen=True)
 class Identity:
@@ -23,19 +26,28 @@ class Identity:
 
     Attributes:
         class_name: of its class.
-        source_sha256: of the file that defines it; empty where there is none.
+        file: the file that defines it; empty where there is none.
+        code_sha256: hash of all code that it could import as its own.
         action_level: whether it decides on whole actions (else: one call a step).
         uses_images: whether it learns from recorded images in every condition.
         learns_across_trials: whether it goes on learning from trial to trial.
+        learns_from_experience: whether it learns from a recording (``use_experience``).
+        hands_over_state: whether it hands over what it learned (``get_state``).
         settings: in full, as plain values.
     """
 
     class_name: str
-    source_sha256: str
+    file: str
+    code_sha256: str
     action_level: bool
     uses_images: bool
     learns_across_trials: bool
+    learns_from_experience: bool
+    hands_over_state: bool
     settings: Mapping[str, Any]
+
+    def __str__(self) -> str:
+        return f"class {self.class_name} of {self.file or 'no file'}"
 
 
 class Terms(Protocol):
@@ -84,6 +96,9 @@ class Guest(Protocol):
     def use_experience(self, experience: Experience) -> None:
         """Give it the triplets of the intrinsic phase."""
 
+    def get_files(self) -> dict[str, bytes]:
+        """What it has written into a working directory of its own, by name."""
+
     def copy(self) -> Guest:
         """An independent copy of the controller as it is now."""
 
@@ -97,8 +112,21 @@ class Host(Protocol):
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError. None: do not ask for its settings."""
 
-    def guest(self, spec: str, settings: Mapping[str, Any], task: Task) -> Guest:
-        """The controller, made for a task; raises ControllerError."""
+    def guest(
+        self,
+        spec: str,
+        settings: Mapping[str, Any],
+        task: Task,
+        files: Mapping[str, bytes] = NO_FILES,
+    ) -> Guest:
+        """The controller, made for a task; raises ControllerError.
+
+        Args:
+            spec: what the user names it by.
+            settings: values for its settings.
+            task: what it is made for.
+            files: what it has written into its working directory before (see ``get_files``).
+        """
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,14 +16,21 @@ from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
-from real_bench.finding import resolved
-from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
+from real_bench.phases.guest import NO_FILES, Guest, Host, Identity, closed_on_error
 from real_bench.phases.local import LocalHost
 from real_bench.phases.player import at_play
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
-from real_bench.recording import MOVED_M, Experience, Header, Recorder, package_versions
+from real_bench.recording import (
+    MOVED_M,
+    Experience,
+    Header,
+    Recorder,
+    Recording,
+    package_versions,
+)
 from real_bench.simulation.scene import Scene
+from real_bench.source import resolved
 from real_bench.task import Task
 
 
@@ -42,6 +50,8 @@ class Progress:
 
 
 Report = Callable[[Progress], None]
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -99,8 +109,12 @@ class IntrinsicPhase:
         check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
         task = Task(self.scene, self.condition, self.objects)
         try:
-            guest = self.host.guest(self.controller, self.settings, task)
+            guest = self.host.guest(self.controller, self.settings, task, self._files(resume))
             with closed_on_error(guest), stop_requests() as stop:
+                if not guest.identity.learns_across_trials:
+                    guest.copy().close()  # one that cannot be copied is told before it plays
+                log.info("controller: %s", guest.identity)
+                self._tell_what_is_forgotten(guest.identity)
                 header = self._header(guest.identity)
                 with self._recorder(header, resume, overwrite) as recorder:
                     self._begin(task, guest, recorder)
@@ -109,6 +123,19 @@ class IntrinsicPhase:
         finally:
             task.close()
         return guest
+
+    def _tell_what_is_forgotten(self, identity: Identity) -> None:
+        if not (identity.hands_over_state or identity.learns_from_experience):
+            log.info(
+                "it has no get_state(): what it learns in itself is gone after the play, unless "
+                "this is `realbench evaluate`"
+            )
+
+    def _files(self, resume: bool) -> Mapping[str, bytes]:
+        if not resume:
+            return NO_FILES
+        with Recording(self.out) as recording:
+            return recording.controller_files()
 
     def _recorder(self, header: Header, resume: bool, overwrite: bool) -> Recorder:
         size = make_control(self.condition.control).size
@@ -134,6 +161,7 @@ class IntrinsicPhase:
     def _header(self, identity: Identity) -> Header:
         return Header(
             condition=self.condition.name,
+            control_version=self.condition.control_version,
             objects=self.objects,
             object_names=self.scene.object_names(self.objects),
             scene=self.scene.name,
@@ -143,7 +171,7 @@ class IntrinsicPhase:
             controller=self.controller,
             controller_source=resolved(self.controller),
             controller_class=identity.class_name,
-            controller_sha256=identity.source_sha256,
+            controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             images=self._records_images(identity.uses_images),
             versions=package_versions(),
@@ -175,12 +203,14 @@ class _Play:
         try:
             if recorder.n_steps < self._steps:
                 self._play(report, stop)
+            recorder.keep_files(self._guest.get_files())
             recorder.mark(self._guest.get_state())
             if recorder.n_steps >= self._steps:
                 self._guest.call("end_intrinsic_phase", self._task.observe().now(), 0.0, True)
                 recorder.mark(self._guest.get_state())
                 recorder.write()
                 self._guest.use_experience(Experience(self._out, self._task.condition))
+                recorder.keep_files(self._guest.get_files())
                 recorder.mark(self._guest.get_state(), ended=True)
         except RecordingError:
             raise  # it could not be written before, and cannot now

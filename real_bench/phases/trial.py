@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, RealBenchError
-from real_bench.finding import resolved
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import filmed
-from real_bench.phases.guest import Guest, Host, closed_on_error
+from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
+from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
 from real_bench.phases.local import LocalHost
 from real_bench.phases.player import at_play
 from real_bench.phases.seeds import derived_seed
@@ -47,6 +47,8 @@ class TrialPlan:
         settings: values for the controller's settings; its defaults where they are silent.
         videos, pictures: folders for a film, and for a picture, of each trial.
         explanations: folder for what a controller says of each of its decisions.
+        wanted: what is meant where a recording holds what other code or settings learned, or
+            nothing; see :mod:`real_bench.phases.handover`.
         host: where the controller runs.
     """
 
@@ -62,6 +64,7 @@ class TrialPlan:
     videos: Path | None = None
     pictures: Path | None = None
     explanations: Path | None = None
+    wanted: Wanted | None = None
     host: Host = field(default_factory=LocalHost)
 
     def __post_init__(self) -> None:
@@ -77,6 +80,15 @@ class TrialPlan:
                     f"{self.run} has {recording.n_steps:,} steps, {self.run_steps:,} were asked for"
                 )
 
+    def handover(self, identity: Identity) -> Handover:
+        """What the controller goes on from: nothing where it learns from a part of the recording.
+
+        Raises ControllerError where it is not plain what is meant.
+        """
+        if self.run is None or self.run_steps is not None:
+            return NOTHING
+        return handed_over(self.run, self.controller, identity, self.condition, self.wanted)
+
 
 class TrialMaker:
     """Makes trials with one controller in one world.
@@ -84,13 +96,16 @@ class TrialMaker:
     Args:
         plan: what is tested.
         guest: the controller as the intrinsic phase left it, where it is still at hand; else it
-            is made anew and given what the recording holds.
+            is made anew.
+        given: what it then goes on from.
     """
 
-    def __init__(self, plan: TrialPlan, guest: Guest | None = None) -> None:
+    def __init__(
+        self, plan: TrialPlan, guest: Guest | None = None, given: Handover = NOTHING
+    ) -> None:
         self._plan = plan
         self._task = Task(plan.scene, plan.condition, plan.goal_set.n_objects)
-        self._guest = self._prepared() if guest is None else guest
+        self._guest = self._prepared(given) if guest is None else guest
         with closed_on_error(self._guest):
             if plan.run is not None:
                 self._guest.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
@@ -116,23 +131,13 @@ class TrialMaker:
             self._guest.close()
             self._task.close()
 
-    def _prepared(self) -> Guest:
+    def _prepared(self, given: Handover) -> Guest:
         plan = self._plan
-        guest = plan.host.guest(plan.controller, plan.settings, self._task)
+        guest = plan.host.guest(plan.controller, plan.settings, self._task, given.files)
         with closed_on_error(guest):
             guest.seed(plan.seed)
-            if plan.run is not None and plan.run_steps is None:
-                self._hand_over(plan.run, guest)
+            guest.set_state(given.state)
         return guest
-
-    def _hand_over(self, run: Path, guest: Guest) -> None:
-        """Give it the state that it left; one exploration may serve several controllers."""
-        plan, maker = self._plan, guest.identity
-        with Recording(run) as recording:
-            header = recording.header
-            if header.is_of(resolved(plan.controller), maker.source_sha256, maker.class_name):
-                header.check_state_may_serve(plan.condition)
-                guest.set_state(recording.controller_state())
 
     def _trial(self, number: int) -> TrialResult:
         plan, task, goal = self._plan, self._task, self._plan.goal_set.goals[number]

@@ -58,7 +58,13 @@ class Recording:
                 self.ended = bool(self._file.attrs["ended"])
                 told = self._file.attrs.get("commands_sha256")
                 self.commands_sha256 = None if told is None else str(told)
-                self.cuts: list[int] = self._file["cuts"]["step"].tolist()
+                cuts = self._file["cuts"][()]
+                self.cuts: list[int] = cuts["step"].tolist()
+                self.code_sha256 = (
+                    cuts["controller_sha256"][-1].decode()
+                    if len(cuts)
+                    else self.header.controller_sha256
+                )
                 self.n_states = len(self._file["states"])
                 self._check_rows()
         except BaseException:
@@ -115,11 +121,14 @@ class Recording:
 
     def controller_state(self) -> State:
         """What the controller handed over; empty where it did not."""
-        with self._guard():
-            group = self._file["controller_state"]
-            for name in group:
-                check_dataset(group, name, *_numbers(group, name))
-            return load_state(group) if len(group) else {}
+        return self._kept("controller_state")
+
+    def controller_files(self) -> dict[str, bytes]:
+        """What an isolated controller wrote into its working directory, by name."""
+        files = self._kept("controller_files")
+        if not all(isinstance(content, bytes) for content in files.values()):
+            raise RecordingError(f"{self.path} is damaged: a controller's file is not of bytes")
+        return files
 
     def displacements(self) -> NDArray[np.float64]:
         """How far each action moved each object, (t, n_objects) metres."""
@@ -142,6 +151,15 @@ class Recording:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _kept(self, name: str) -> State:
+        with self._guard():
+            if name not in self._file:
+                return {}
+            group = self._file[name]
+            for number in group:
+                check_dataset(group, number, *_numbers(group, number))
+            return load_state(group) if len(group) else {}
 
     def _check_format(self) -> None:
         check_attributes(self._file)
@@ -166,7 +184,7 @@ class Recording:
             "states": (STATE, ()),
             "cuts": (CUT, ()),
         }
-        for group in ("ground_truth", "controller_state"):
+        for group in ("ground_truth", "controller_state", "controller_files"):
             check_group(file, group)
         if "ground_truth" in file:  # else see _n_poses
             rows["ground_truth/object_poses"] = (np.dtype("<f8"), (n_objects, 7))
@@ -217,5 +235,5 @@ def _numbers(group: h5py.Group, name: str) -> tuple[np.dtype[Any], None]:
     """What an array of a controller's state may hold: numbers of any kind, in any shape."""
     dtype = group[name].dtype
     if dtype.kind not in "biufc":
-        raise ValueError(f"controller_state/{name} holds {dtype}")
+        raise ValueError(f"{group.name}/{name} holds {dtype}")
     return dtype, None

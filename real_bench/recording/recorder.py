@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,7 @@ class Recorder:
         self.cut: Cut | None = None
         self._n_states = self._n_commands = 0
         self._rows = _Rows()
+        self._files: Mapping[str, bytes] | None = None  # that are not written yet
         self._marked: tuple[dict[str, int], int, State, bool] | None = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
@@ -150,6 +152,10 @@ class Recorder:
         check_state(controller_state)
         self._marked = (self._rows.lengths(), self.n_steps, controller_state, ended)
 
+    def keep_files(self, files: Mapping[str, bytes]) -> None:
+        """What the controller has written into its working directory, by name."""
+        self._files = files
+
     def write(self) -> None:
         """Write the rows up to the last mark."""
         if self._marked is None:
@@ -159,7 +165,7 @@ class Recorder:
         self._file.append(batch)
         self._commands_sha256 = batch.commands_sha256
         self._rows.drop(lengths)
-        self._marked = None
+        self._marked = self._files = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     def close(self) -> None:
@@ -206,6 +212,7 @@ class Recorder:
             total_steps=self._total_steps,
             ended=ended,
             controller_state=state,
+            controller_files=self._files,
             commands_sha256=(
                 None
                 if before is None

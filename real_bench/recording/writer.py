@@ -23,7 +23,7 @@ from real_bench.errors import RecordingError
 from real_bench.files import OutputError, write_lock
 from real_bench.recording.header import Header
 from real_bench.recording.schema import Batch, create
-from real_bench.recording.state import save_state
+from real_bench.recording.state import State, save_state
 from real_bench.simulation.scene import Camera
 
 FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
@@ -216,5 +216,12 @@ def _append(file: h5py.File, batch: Batch) -> None:
     file.attrs["ended"] = batch.ended
     if batch.commands_sha256 is not None:
         file.attrs["commands_sha256"] = batch.commands_sha256
-    del file["controller_state"]
-    save_state(file.create_group("controller_state"), batch.controller_state)
+    _replace(file, "controller_state", batch.controller_state)
+    if batch.controller_files is not None:
+        _replace(file, "controller_files", dict(batch.controller_files))
+
+
+def _replace(file: h5py.File, name: str, state: State) -> None:
+    if name in file:
+        del file[name]
+    save_state(file.create_group(name), state)

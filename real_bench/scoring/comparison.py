@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
+from real_bench.conditions import CONTROLS, Condition
 from real_bench.errors import ResultError
 from real_bench.scoring.metric import METRICS, SCORE, Metric
 from real_bench.scoring.repeats import by_goal
-from real_bench.scoring.result import Result
+from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import Floats, Interval, goals_interval
 
 ALIKE = ("objects", "scene_sha256", "trial_steps")
@@ -141,6 +142,21 @@ def _check_alike(results: Sequence[Result]) -> None:
         if len(values) > 1:
             told = ", ".join(sorted(str(value)[:12] for value in values))
             raise ResultError(f"results differ in {name.replace('_', ' ')}: {told}")
+    check_one_control(result.setting for result in results)
+
+
+def check_one_control(settings: Iterable[Setting]) -> None:
+    """Raise ResultError where one way of control occurs in two versions."""
+    versions: dict[str, int] = {}
+    for setting in settings:
+        control = Condition.parse(setting.condition).control
+        first = versions.setdefault(control, setting.control_version)
+        if setting.control_version != first:
+            raise ResultError(
+                f"results are of two versions of {CONTROLS[control]} "
+                f"({first} and {setting.control_version}), in which the same commands move the "
+                "robot a little differently: test again with this version"
+            )
 
 
 def _chances(a: Floats, b: Floats) -> Floats:

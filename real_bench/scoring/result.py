@@ -46,13 +46,29 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+class Learned(_Record):
+    """Where what a controller had learned before its test came from.
+
+    Attributes:
+        code_sha256: hash of all code of the controller that learned it.
+        settings: of that controller.
+    """
+
+    code_sha256: str
+    settings: dict[str, Any]
+
+
 class Setting(_Record):
     """What was tested, and with what: everything that decides the scores.
 
     Attributes:
         condition, objects, object_names, scene, scene_sha256: of the test.
-        controller, controller_sha256: as named by the user; hash of its file.
+        control_version: of the way of control; 1 in results made before it was kept.
+        controller, controller_sha256: as named by the user; hash of all its code (before 0.2, of
+            the file that defines it).
         settings: of the controller, whole; empty where it has none.
+        learned: what made the state that it went on from; None where it went on from none (and in
+            results of before 0.2).
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
         goals_sha256: hash of the goal set's content.
         n_goals: how many goals the set has; None where a result of an older version does not say.
@@ -63,6 +79,7 @@ class Setting(_Record):
     """
 
     condition: Line
+    control_version: int = Field(1, ge=1, lt=2**31)
     objects: int
     object_names: tuple[Line, ...]
     scene: Line
@@ -70,6 +87,7 @@ class Setting(_Record):
     controller: Line
     controller_sha256: str
     settings: dict[str, Any] = Field(default_factory=dict)
+    learned: Learned | None = None
     run_sha256: str
     run_steps: int
     goals_sha256: str

@@ -19,7 +19,10 @@ from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 if TYPE_CHECKING:
     from junitparser import JUnitXml
 
-ONE_TEST = ("controller", "condition", "objects", "scene_sha256", "run_steps", "trial_steps")
+ONE_TEST = (
+    *("controller", "condition", "control_version", "objects", "scene_sha256"),
+    *("run_steps", "trial_steps"),
+)
 """What must agree between the results of one submission."""
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from real_bench.conditions import Condition
-from real_bench.errors import ResultError
+from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
-from real_bench.finding import controller_file
 from real_bench.goal_sets import GoalSet, goals_in_proportion
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.quoting import quoted
@@ -15,6 +14,7 @@ from real_bench.recording import Recording
 from real_bench.scoring.result import Result
 from real_bench.scoring.result_file import Content, is_sealed
 from real_bench.simulation.scene import Scene
+from real_bench.source import ControllerSource, is_code_of
 from real_bench.verification.versions import versions_differ
 
 
@@ -41,7 +41,7 @@ class Claims:
         """Check all of them, those about recording and controller against what is given.
 
         Raises:
-            ResultError: no file of the controller that is given can be found.
+            ControllerError: the controller that is given cannot be found.
             RecordingError: the recording that is given cannot be read.
         """
         if not is_sealed(self._content):
@@ -99,11 +99,13 @@ class Claims:
 
     def _check_controller(self, controller: str | None) -> None:
         named = self._setting.controller if controller is None else controller
-        file = controller_file(named)
-        if file is None and controller is not None:
-            raise ResultError(f"controller {named}: no file of it can be found")
-        if file is None:
+        try:
+            is_the_one = is_code_of(ControllerSource.of(named), self._setting.controller_sha256)
+        except ControllerError:
+            if controller is not None:
+                raise
             self.notes.append(f"controller {quoted(named)} is not here: its hash is not checked")
-        elif file_sha256(file) != self._setting.controller_sha256:
+            return
+        if not is_the_one:
             where = self.notes if controller is None else self.faults
             where.append(f"controller {quoted(named)} as it is here is not the one tested")

@@ -62,9 +62,12 @@ class RecordingVerification:
         with Recording(self.path) as recording:
             self._check_can_be_replayed(recording)
             header = recording.header
+            condition = Condition.parse(header.condition)
+            if misfit := condition.control_misfit(header.control_version):
+                raise RecordingError(f"{self.path} cannot be replayed: {misfit}")
             scene = load_scene(header.scene_source if self.scene is None else self.scene)
             faults = list(contradictions(recording, scene))
-            with closing(Task(scene, Condition.parse(header.condition), header.objects)) as task:
+            with closing(Task(scene, condition, header.objects)) as task:
                 replay = _Replay(recording, task, self.images)
                 if not faults:
                     replay.run(self.n_steps or recording.n_steps, report)

@@ -63,6 +63,9 @@ class ResultVerification:
         content = read_content(self.path)
         result = parse_content(content, self.path)
         self._check_can_be_replayed(result)
+        condition = Condition.parse(result.setting.condition)
+        if misfit := condition.control_misfit(result.setting.control_version):
+            raise ResultError(f"{self.path} cannot be replayed: {misfit}")
         scene = self._scene(result.setting)
         goal_set = self._goal_set(result.setting, scene)
         claims = Claims(content, result, scene, goal_set)
@@ -70,7 +73,7 @@ class ResultVerification:
         make = partial(
             TrialReplayer,
             scene,
-            Condition.parse(result.setting.condition),
+            condition,
             goal_set,
             result.setting.trial_steps,
         )

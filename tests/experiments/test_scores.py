@@ -15,12 +15,12 @@ from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.scores import rows_of
 from real_bench.experiments.state import State, state_of
 from real_bench.experiments.table import cells, json_table, latex_table, markdown_table, notes
-from real_bench.finding import find_controller, source_sha256
 from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalHost
 from real_bench.recording import Recorder
 from real_bench.simulation import Scene, load_scene
+from real_bench.source import ControllerSource
 from tests.cli.shell import realbench
 from tests.experiments.conftest import DISTANCES, WriteSpec, keep
 
@@ -112,7 +112,11 @@ def test_settings_that_are_asked_for_must_be_those_of_the_result(
 
 @pytest.mark.parametrize(
     ("changes", "what"),
-    [({"scene_sha256": "8" * 64}, "scenes"), ({"settings": {"depth": 3}}, "settings")],
+    [
+        ({"scene_sha256": "8" * 64}, "scenes"),
+        ({"settings": {"depth": 3}}, "settings"),
+        ({"control_version": 2}, "versions of its control"),
+    ],
 )
 def test_what_differs_is_never_averaged(drawn: Spec, changes: dict[str, Any], what: str) -> None:
     keep(drawn, repeat=0)
@@ -129,11 +133,11 @@ def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
     spec = read_spec(write_spec(cells=[{"controller": "mine.py", "condition": "OM"}]))
     spec.results_folder.mkdir()
     list(Agenda(spec).draw_goals())
-    sha256 = source_sha256(find_controller(str(tmp_path / "mine.py")))
+    sha256 = ControllerSource.of(str(tmp_path / "mine.py")).code_sha256
     keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
     assert rows_of(spec, Agenda(spec))[0].seeds == (0,)
     (tmp_path / "mine.py").write_text(code + "# better\n")
-    with pytest.raises(ExperimentError, match=r"mine\.py as it was before it was changed"):
+    with pytest.raises(ExperimentError, match=r"mine\.py, or what lies beside it, as it was"):
         rows_of(spec, Agenda(spec))
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from real_bench.actions import Action
-from real_bench.controller import BasePolicy, Controller, Experience
+from real_bench.controller import Controller, Experience
 
 
 def digest(value: Any) -> str:
@@ -25,7 +25,7 @@ def numbers(text: str, size: int) -> np.ndarray[Any, Any]:
     return np.random.default_rng(seed).uniform(-1, 1, size)
 
 
-class Looks(BasePolicy):
+class Looks(Controller):
     """At everything, at every step; spoils what it saw, which must do no harm."""
 
     n_steps, last = 0, ""

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
 from real_bench.errors import ControllerError, RealBenchError
-from real_bench.finding import find_controller, source_sha256
+from real_bench.finding import find_controller
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.isolation import IsolatedHost, Limits, Walls
 from real_bench.isolation.view import view_of
+from real_bench.source import ControllerSource
 from tests.cli.shell import realbench
 from tests.isolation.conftest import LIMITS, Play
 from tests.recording.bench import recorded_steps
+
+RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
 
 
 def test_a_run_says_what_isolates_it(tmp_path: Path, goals: GoalSet) -> None:
@@ -32,8 +38,10 @@ def test_a_run_says_what_isolates_it(tmp_path: Path, goals: GoalSet) -> None:
     limits = ["--memory-limit", "4", "--call-limit", "60", "--total-limit", "100"]
     play = ["--condition", "OM", "--steps", "1000", "--out", "run.h5"]
     done = realbench(tmp_path, "intrinsic", *options, *limits, *play)
-    assert done.stderr.startswith("the controller is isolated by ")
-    test = ["--run", "run.h5", "--goals", "goals.npy", "--trials", "1", "--overwrite"]
+    isolated, controller, *_ = done.stderr.splitlines()
+    assert isolated.startswith("the controller is isolated by ")
+    assert controller == f"controller: class Mine of {tmp_path / 'mine.py'}"
+    test = ["--run", "run.h5", "--goals", "goals.npy", "--trials", "1", "--as-made"]
     done = realbench(tmp_path, "extrinsic", *options, *test)
     assert "isolated" in done.stderr
     evaluate = ["--goals", "goals.npy", "--steps", "1000", "--trials", "1", "--overwrite"]
@@ -65,30 +73,45 @@ def test_without_any_walls_it_is_a_process_of_its_own(play: Play) -> None:
     assert recorded_steps(play("real_r", 1000, host=host)) == 1000
 
 
-def test_a_controller_sees_code_beside_it_but_no_goals_and_no_links(tmp_path: Path) -> None:
-    for name in ("mine.py", "helper.py", "goals.npy", "run.h5", "score.json"):
-        (tmp_path / name).touch()
-    for folder in ("package", "data"):
-        (tmp_path / folder).mkdir()
-    (tmp_path / "package" / "__init__.py").touch()
-    (tmp_path / "link.py").symlink_to(tmp_path / "goals.npy")
-    view = view_of(str(tmp_path / "mine.py"))
-    assert [path.name for path in view.own] == ["mine.py", "helper.py", "package"]
-    view.check_hides([tmp_path / "goals.npy", tmp_path / "score.json"])
-    with pytest.raises(ControllerError, match=r"goals.npy lies where an isolated controller may"):
-        view.check_hides([tmp_path / "package" / "goals.npy"])
+def test_a_controller_sees_its_folder_but_nothing_of_ours_and_no_links(
+    tmp_path: Path, play: Play, goals: GoalSet, shared: Path
+) -> None:
+    """Its own weights may be HDF5, NumPy or JSON as well: what counts is what is in a file."""
+    folder = tmp_path / "submission"
+    (folder / "data").mkdir(parents=True)
+    for name in ("mine.py", "helper.py", "options.yml"):
+        (folder / name).touch()
+    with h5py.File(folder / "weights.h5", "w") as file:
+        file["weights"] = np.arange(3)
+    np.save(folder / "weights.npy", np.arange(3))
+    np.savez(folder / "data" / "weights.npz", weights=np.arange(3))
+    (folder / "notes.json").write_text("{}")
+    save_goal_set(goals, folder / "goals.npy")
+    shutil.copy(play("real_r"), folder / "data" / "run.hdf5")
+    shutil.copy(RESULTS / "real_r-OM-1.json", folder / "old.txt")
+    shutil.copy(shared / "goals" / "official-2-objects.npz", folder / "goals.npz")
+    (folder / "link.py").symlink_to(folder / "goals.npy")
+    view = view_of(ControllerSource.of(str(folder / "mine.py")))
+    assert sorted(path.name for path in view.own) == [
+        *("data", "helper.py", "mine.py", "notes.json"),
+        *("options.yml", "weights.h5", "weights.npy"),
+    ]
+    assert view.withheld() == ["data/run.hdf5", "goals.npy", "goals.npz", "old.txt"]
+    view.check_hides([folder / "goals.npy", folder / "data" / "run.hdf5", tmp_path / "run.h5"])
+    with pytest.raises(ControllerError, match=r"more.npy lies where an isolated controller may"):
+        view.check_hides([folder / "data" / "more.npy"])
 
 
 def test_goals_that_ship_are_hidden() -> None:
-    view = view_of("real_r")
+    view = view_of(ControllerSource.of("real_r"))
     assert [path.name for path in view.hidden] == ["goals"]
     view.check_hides([view.hidden[0] / "goals-1-object.npy"])
 
 
 @pytest.mark.parametrize("spec", ["missing.py", "no_such_module:Class", "no_such_name"])
 def test_a_controller_that_is_not_there(spec: str) -> None:
-    with pytest.raises(ControllerError, match=r"does not exist|no module|unknown controller"):
-        view_of(spec)
+    with pytest.raises(ControllerError, match=r"not found|no module|unknown controller"):
+        view_of(ControllerSource.of(spec))
 
 
 @pytest.mark.parametrize("spec", ["real_d", "tests.isolation.guests:Looks"])
@@ -96,7 +119,7 @@ def test_its_identity_is_the_same(isolated: IsolatedHost, spec: str) -> None:
     one = isolated.identity(spec, {})
     kind = find_controller(spec)
     assert one.class_name == kind.__qualname__
-    assert one.source_sha256 == source_sha256(kind) != ""
+    assert one.code_sha256 == ControllerSource.of(spec).code_sha256 != ""
     assert one.settings.keys() == ({"abstraction", "planner", "images"} if "_d" in spec else set())
 
 
@@ -109,7 +132,10 @@ def test_it_cannot_claim_the_code_of_another(tmp_path: Path, isolated: IsolatedH
         "from real_bench.controllers import real_r\n"
         "inspect.getfile = lambda kind: real_r.__file__\n"
     )
-    assert isolated.identity(str(tmp_path / "mine.py"), {}).source_sha256 == ""
+    spec = str(tmp_path / "mine.py")
+    hashes = {isolated.identity(spec, {}).code_sha256, ControllerSource.of(spec).code_sha256}
+    assert len(hashes) == 1
+    assert ControllerSource.of("real_r").code_sha256 not in hashes
 
 
 def test_the_total_limit_counts_all_calls(isolated: IsolatedHost) -> None:

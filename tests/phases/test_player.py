@@ -145,10 +145,14 @@ def test_an_official_controller_plays(play: Play, condition: str) -> None:
 def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:
     tested = face_goals(guest("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
     calls = met()
-    trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial", "end_extrinsic_phase"]
-    assert [call["hook"] for call in calls] == ["__init__", "start_extrinsic_phase", *trial, *trial]
+    trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial"]
+    assert [call["hook"] for call in calls] == [
+        *("__init__", "start_extrinsic_phase"),
+        *(*trial, *trial),
+        "end_extrinsic_phase",
+    ]
     for number, trial_result in enumerate(tested.trials):
-        first, *rest = calls[3 + 10 * number :][:8]
+        first, *rest = calls[3 + 9 * number :][:8]
         check_calls([first, *rest])
         goal = goals.goals[trial_result.goal]
         assert {call["goal"] for call in (first, *rest)} == {sha256(goal.retina).hexdigest()}

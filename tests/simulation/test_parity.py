@@ -18,7 +18,7 @@ import pytest
 from real_bench.actions import make_control
 from real_bench.simulation import Scene, Simulation
 
-RECORDINGS = ("cartesian_1", "grasp_1", "joints_1", "joints_2", "macro_1", "macro_3")
+RECORDINGS = ("cartesian_1", "grasp_1", "joints_1", "joints_2", "macro_1", "macro_3", "macro_end")
 FACTS = json.loads((Path(__file__).parents[1] / "data" / "parity.json").read_text())
 LETTER = {"cartesian": "C", "joints": "J", "macro_action": "M"}
 

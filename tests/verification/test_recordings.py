@@ -254,6 +254,17 @@ def test_what_cannot_be_replayed_is_refused(
         RecordingVerification(**{"path": recorded, **options}).verify(ignore_two)
 
 
+def test_a_recording_of_an_earlier_version_of_its_control_is_not_replayed(
+    recorded: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "old.h5"
+    shutil.copy(recorded, path)
+    with h5py.File(path, "r+") as file:
+        del file.attrs["control_version"]  # as before it was kept
+    with pytest.raises(RecordingError, match="its macro-actions are of version 1, these of 2"):
+        verify(path)
+
+
 def test_it_can_be_stopped(recorded: Path) -> None:
     def press_ctrl_c(done: int, total: int) -> None:
         if done == 2000:

@@ -248,6 +248,10 @@ def test_altered_goals_are_not_the_goals(
         ({"goals": None}, "not of the shipped ones"),
         ({"jobs": 0}, "--jobs must be at least 1, not 0"),
         ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "before commands were kept"),
+        (
+            {"path": EVALUATION / "results/full-scale/real_r-IM-1-seed0-shipped.json"},
+            "cannot be replayed: its macro-actions are of version 1, these of 2",
+        ),
         ({"path": EVALUATION / "README.md"}, "cannot be read"),
         ({"scene": "moon"}, "unknown scene"),
     ],
@@ -313,7 +317,12 @@ def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
 def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
     """The same commands might have been chosen from images; docs/verification.md says so."""
     assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
-    assert not verify(altered(honest, ("setting", "condition"), lambda _: "OJ"), goals_path).holds
+    joints = altered(honest, ("setting", "condition"), lambda _: "OJ")
+    with pytest.raises(ResultError, match="its joints are of version 2, these of 1"):
+        verify(joints, goals_path)
+    assert not verify(
+        altered(joints, ("setting", "control_version"), lambda _: 1), goals_path
+    ).holds
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -21,7 +21,7 @@ import real_bench.actions
 import real_bench.phases.local
 import real_bench.scoring.metric
 from real_bench.actions import Action
-from real_bench.controller import BasePolicy, Controller
+from real_bench.controller import Controller
 from real_bench.settings import Settings
 
 MACRO = [[-0.1, 0.3], [-0.1, -0.3]]
@@ -230,7 +230,7 @@ class Seven(int):
         return 10**9
 
 
-class StepRogue(BasePolicy):
+class StepRogue(Controller):
     """Returns something strange at its second step."""
 
     Settings = Deed

@@ -299,12 +299,12 @@ def test_an_entry_point_raises(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     """In our own process, too: whatever it raises is an error of ours."""
     from importlib.metadata import EntryPoint
 
-    from real_bench import finding
+    from real_bench import finding, source
 
     (tmp_path / "entry_that_exits.py").write_text("raise SystemExit(0)")
     monkeypatch.syspath_prepend(tmp_path)
-    offer = EntryPoint("bad", "entry_that_exits:Class", finding.GROUP)
-    monkeypatch.setattr(finding, "entry_points", lambda group: [offer])
+    offer = EntryPoint("bad", "entry_that_exits:Class", source.GROUP)
+    monkeypatch.setattr(source, "entry_points", lambda group: [offer])
     with pytest.raises(ControllerError, match=r"bad cannot be loaded: .*SystemExit"):
         finding.find_controller("bad")
     assert "entry_that_exits" not in sys.modules

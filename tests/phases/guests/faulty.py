@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from real_bench.actions import Action
-from real_bench.controller import BasePolicy, Controller
+from real_bench.controller import Controller
 
 MACRO = [[-0.1, 0.3], [-0.1, -0.3]]
 
@@ -27,7 +27,7 @@ class ByActions(Controller):
         raise NotImplementedError
 
 
-class BySteps(BasePolicy):
+class BySteps(Controller):
     n_steps = 0
 
     def step(self, observation: Any, reward: float, done: bool) -> Any:

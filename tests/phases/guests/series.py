@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action
-from real_bench.controller import BasePolicy, Controller, State
+from real_bench.controller import Controller, State
 from real_bench.recording.state import save_state
 
 
@@ -40,7 +40,7 @@ class Macros(Controller):
         self.n_actions = state["n_actions"]
 
 
-class StepMacros(BasePolicy):
+class StepMacros(Controller):
     """The series as one call a step."""
 
     n_calls = 0
