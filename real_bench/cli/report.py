@@ -90,7 +90,7 @@ def _table(path: Path) -> Table:
     from real_bench.report import Table
 
     spec = read_spec(path)
-    rows = rows_of(spec, Agenda(spec))
+    rows = rows_of(spec, Agenda(spec, isolate=True))  # its controllers may be a stranger's
     return Table(
         title=spec.title,
         headings=HEADINGS,

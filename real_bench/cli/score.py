@@ -76,7 +76,7 @@ def score(
     difference, goal by goal, is not all negative.
     """
     from real_bench.cli.reading import read_results
-    from real_bench.files import check_output, write_whole
+    from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
 
     asked = _options_of_a_test(context)
@@ -86,18 +86,18 @@ def score(
         raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
     if given["trials"] is not None and given["trials"] < 1:
         raise click.UsageError(f"--trials must be at least 1, not {given['trials']}")
+    page_file = cases_file = None
     if junit is not None:
-        check_output(junit, overwrite=overwrite, option="--junit")
+        cases_file = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
     if markdown is not None:
-        check_output(markdown, overwrite=True)
+        page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
     other = None if baseline is None else read_results(baseline)
 
     def publish(page: str, cases: JUnitXml) -> None:
-        if junit is not None:
-            write_whole(junit, cases.tostring())
-        if markdown is not None:
-            before = markdown.read_text(encoding="utf-8") if markdown.exists() else ""
-            write_whole(markdown, (before + page).encode())
+        if cases_file is not None:
+            cases_file.write(cases.tostring())
+        if page_file is not None:
+            page_file.write(page.encode())
 
     if files:
         results = [result for each in files for result in read_results(each)]

@@ -76,8 +76,9 @@ def table(
     failures: dict[str, str] = {}
     if wanted:
         with _own_folder(experiment):
+            _check_controllers(experiment, isolate)
             _draw_goals(experiment)
-            _check(experiment)
+            _check_goals(experiment)
             work = Agenda(experiment, isolate=isolate).left(go_on=resume, overwrite=overwrite)
             if len(work):
                 failures = _make(work, _crew(experiment, jobs, scheduler))
@@ -92,7 +93,8 @@ def table(
 @contextlib.contextmanager
 def _own_folder(spec: Spec) -> Iterator[None]:
     """The experiment's folder, in which no other process makes the same."""
-    from real_bench.files import OutputError, write_lock
+    from real_bench.files import OutputError
+    from real_bench.locks import write_lock
 
     folder = spec.results_folder
     try:
@@ -113,15 +115,22 @@ def _draw_goals(spec: Spec) -> None:
         click.echo(f"drawing {name}", err=True)
 
 
-def _check(spec: Spec) -> None:
-    """Find out before any work is done whether controllers are there, and goals fit."""
-    from real_bench.goal_sets import load_goal_set
+def _check_controllers(spec: Spec, isolate: bool) -> None:
+    """Find out before any work is done whether controllers are there, and take their settings."""
+    from real_bench.experiments.agenda import Agenda
     from real_bench.isolation.view import view_of
-    from real_bench.simulation import load_scene
 
     played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
     for named in {*played, *(cell.controller for cell in spec.cells)}:
         view_of(spec.controller(named))
+    Agenda(spec, isolate=isolate).check_settings()
+
+
+def _check_goals(spec: Spec) -> None:
+    """Find out before any work is done whether goals fit."""
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.simulation import load_scene
+
     scene = load_scene(spec.scene_source)
     goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
     for name, objects in sorted(goals):
@@ -155,8 +164,10 @@ def _make(work: Work, crew: Crew) -> dict[str, str]:
         def update(standing: Standing) -> None:
             now = ", ".join(standing.running[:NAMES_SHOWN])
             more = len(standing.running) - NAMES_SHOWN
-            others = f" and {more} more" if more > 0 else ""
-            told = f"{standing.n_tasks} of {len(work)} tasks done, now {now}{others}"
+            doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
+            if standing.waits_for:
+                doing = f"waiting for {standing.waits_for}"
+            told = f"{standing.n_tasks} of {len(work)} tasks done, {doing}"
             display.update(standing.n_steps, told)
 
         try:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from real_bench.errors import ExperimentError
+from real_bench.errors import ControllerError, ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
 from real_bench.finding import is_defined_by
 from real_bench.scoring.result import Result, load_result
-from real_bench.settings import merged
+from real_bench.settings import as_validated, merged
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def _misfits(task: ScoringTask, result: Result) -> list[str]:
         {"scene": task.scene_name, **{name: getattr(task, name) for name in names}},
     )
     reasons += _controller_misfits(task, setting.controller, setting.controller_sha256)
-    reasons += _setting_misfits(task.settings, setting.settings)
+    reasons += _setting_misfits(task, setting.settings)
     if task.goals_sha256 not in ("", setting.goals_sha256):
         reasons.append(f"other goals than {task.goals.name}")
     if task.run and task.run.exists() and file_sha256(task.run) != setting.run_sha256:
@@ -95,7 +96,7 @@ def _state_of_play(task: PlayTask) -> State:
     if task.images and not header.images:
         reasons.append("no images")
     reasons += _controller_misfits(task, header.controller, header.controller_sha256)
-    reasons += _setting_misfits(task.settings, header.settings)
+    reasons += _setting_misfits(task, header.settings)
     return State("done" if ended else "unfinished", tuple(reasons))
 
 
@@ -120,7 +121,10 @@ def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
     return []
 
 
-def _setting_misfits(asked: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+def _setting_misfits(task: Task, found: Mapping[str, Any]) -> list[str]:
     """What is asked for must be so; where nothing is asked, defaults may have changed."""
-    asked, found = (json.loads(json.dumps(values)) for values in (asked, found))
+    asked, found = (json.loads(json.dumps(values)) for values in (task.settings, found))
+    if merged(found, asked) != found:
+        with suppress(ControllerError):  # of one that is not here
+            asked = as_validated(task.settings_in_full(), asked)  # what was "50" may be 50 to it
     return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]

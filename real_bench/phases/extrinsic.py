@@ -8,7 +8,8 @@ from functools import partial
 from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
-from real_bench.files import check_output, file_sha256, write_lock
+from real_bench.files import check_output, file_sha256
+from real_bench.locks import write_lock
 from real_bench.phases.guest import Guest, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
@@ -74,6 +75,7 @@ class ExtrinsicPhase:
             RealBenchError: anything else that is wrong, before or while it runs.
         """
         check_output(self.out, overwrite=True)  # whether it can be written at all
+        self.plan.check_outputs()
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
             remedy = "--overwrite" if guest else "--resume or --overwrite"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,10 +16,11 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, RealBenchError
+from real_bench.files import check_folder, write_whole
 from real_bench.finding import resolved
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
-from real_bench.phases.film import filmed
+from real_bench.phases.film import check_films, filmed
 from real_bench.phases.guest import Guest, Host, closed_on_error
 from real_bench.phases.local import LocalHost
 from real_bench.phases.player import at_play
@@ -76,6 +78,18 @@ class TrialPlan:
                 raise RealBenchError(
                     f"{self.run} has {recording.n_steps:,} steps, {self.run_steps:,} were asked for"
                 )
+
+    def check_outputs(self) -> None:
+        """Find out before any work is done whether films, pictures and explanations can be kept.
+
+        Raises:
+            RealBenchError: they cannot.
+        """
+        for folder in (self.videos, self.pictures, self.explanations):
+            if folder is not None:
+                check_folder(folder, make=True)
+        if self.videos is not None:
+            check_films()
 
 
 class TrialMaker:
@@ -168,8 +182,9 @@ class TrialMaker:
     ) -> None:
         end = self._task.simulation.image().retina
         title = f"goal {result.goal} ({goal.challenge}): score {result.score:.3f}"
-        picture = trial_strip(start, goal.retina, end, title)
-        _save(folder / f"trial-{result.goal:02d}.png", picture.save)
+        stream = io.BytesIO()
+        trial_strip(start, goal.retina, end, title).save(stream, "png")
+        write_whole(folder / f"trial-{result.goal:02d}.png", stream.getvalue())
 
 
 def trial_result(
@@ -193,11 +208,3 @@ def trial_result(
         actions_sha256=commands.sha256,
         commands=commands,
     )
-
-
-def _save(path: Path, save: Callable[[Path], None]) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save(path)
-    except OSError as error:
-        raise RealBenchError(f"cannot write {path}: {error.strerror or error}") from error

@@ -21,6 +21,7 @@ from real_bench.recording.distrust import (
     check_sizes,
 )
 from real_bench.recording.header import Header
+from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
     CUT,
     FORMAT,
@@ -46,7 +47,7 @@ class Recording:
     def __init__(self, path: Path) -> None:
         self.path = path
         with self._guard():
-            self._file = h5py.File(path, "r")
+            self._file = open_hdf5(path, "r")
         try:
             with self._guard():
                 self._check_format()
