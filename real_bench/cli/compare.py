@@ -7,6 +7,7 @@ import json
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
 
 EPILOG = """\b
 Example:
@@ -26,14 +27,12 @@ def compare(a: str, b: str, as_json: bool) -> None:
     set are repeats. Prints the mean difference with its 95% interval over goals, the probability
     that A scores more than B on a goal, and each goal.
     """
-    from rich.console import Console
-
     from real_bench.cli.reading import read_results
     from real_bench.scoring.comparison import compare as compare_results
     from real_bench.scoring.table import comparison_table
 
     comparison = compare_results(*(read_results(each) for each in (a, b)))
     if as_json:
-        click.echo(json.dumps(comparison.to_json()))
+        say(json.dumps(comparison.to_json()))
     else:
-        Console().print(comparison_table(comparison))
+        print_tables(comparison_table(comparison))

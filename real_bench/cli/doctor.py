@@ -8,6 +8,7 @@ import time
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 
 EPILOG = """\b
 Example:
@@ -45,7 +46,7 @@ def doctor(scene: str | None, as_json: bool) -> None:
             "minutes_for_a_full_phase_at_least": round(INTRINSIC_STEPS / rate / 60),
         }
     if as_json:
-        click.echo(json.dumps(facts))
+        say(json.dumps(facts))
     else:
         print_facts(facts)
-        click.echo("all is well")
+        say("all is well")

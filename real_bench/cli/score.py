@@ -13,6 +13,7 @@ from click.core import ParameterSource
 
 from real_bench.cli import extrinsic as testing
 from real_bench.cli import options
+from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
 
 if TYPE_CHECKING:
@@ -114,10 +115,10 @@ def score(
     )
     page = verdicts.markdown(verdict)
     publish(page, verdicts.junit(verdict))
-    click.echo(json.dumps(verdict.to_json()) if as_json else page.rstrip())
+    say(json.dumps(verdict.to_json()) if as_json else page.rstrip())
     if not verdict.passed:
         told = "; ".join(f"{each.name}: {each.told}" for each in verdict.checks if not each.passed)
-        click.echo(f"realbench: not passed: {told}", err=True)
+        say(f"realbench: not passed: {told}", err=True)
         sys.exit(NOT_PASSED)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
 from real_bench.errors import ExperimentError, Interrupted
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ Example:
 """
 FORMATS = ("text", "markdown", "latex")
 NAMES_SHOWN = 2
-LEAST_WIDTH = 150
 
 
 @click.command(epilog=EPILOG)
@@ -112,7 +112,7 @@ def _draw_goals(spec: Spec) -> None:
 
     load_scene(spec.scene_source)  # whether it is installed
     for name in Agenda(spec).draw_goals():
-        click.echo(f"drawing {name}", err=True)
+        say(f"drawing {name}", err=True)
 
 
 def _check_controllers(spec: Spec, isolate: bool) -> None:
@@ -154,7 +154,7 @@ def _make(work: Work, crew: Crew) -> dict[str, str]:
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.experiments.crew import Standing
 
-    click.echo(
+    say(
         f"{len(work.plays)} plays and {len(work.scorings)} tests to do, "
         f"{work.n_steps:,} steps in all",
         err=True,
@@ -183,21 +183,17 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
     from real_bench.experiments import table as tables
 
     if form == "json":
-        click.echo(json.dumps(tables.json_table(spec, rows)))
+        say(json.dumps(tables.json_table(spec, rows)))
     elif form == "text":
-        from rich.console import Console
-
-        # rather lines that the terminal breaks than columns too narrow for a number
-        wide = max(Console().width, LEAST_WIDTH)
-        Console(width=wide).print(tables.text_table(spec, rows))
+        print_tables(tables.text_table(spec, rows))
     else:
         draw = {"markdown": tables.markdown_table, "latex": tables.latex_table}[form]
-        click.echo(draw(spec, rows))
+        say(draw(spec, rows))
 
 
 def _tell_missing(work: Work, spec: Path) -> None:
     if len(work):
-        click.echo(
+        say(
             f"not made: {len(work.plays)} plays and {len(work.scorings)} tests, {work.n_steps:,} "
             f"steps in all; `realbench table {spec} --run` makes them",
             err=True,

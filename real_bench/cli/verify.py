@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
     from real_bench.verification import RecordingVerdict, ResultVerdict
@@ -70,7 +71,7 @@ def verify(file: Path, scene: str | None, as_json: bool, **given: Any) -> None:
             raise click.UsageError(f"{OPTIONS.get(name, '--' + name)} is not for a {kind}: {file}")
     wanted = {name: given[name] for name in mine if given[name] is not None}
     verdict = _verdict(file, is_recording, scene=scene, **wanted)
-    click.echo(json.dumps(verdict.to_json()) if as_json else "\n".join(verdict.lines()))
+    say(json.dumps(verdict.to_json()) if as_json else "\n".join(verdict.lines()))
     if not verdict.holds:
         sys.exit(DOES_NOT_VERIFY)
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from real_bench.experiments.scores import Row
 from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.quoting import markdown, quoted
 from real_bench.scoring.repeats import ENOUGH_REPEATS
 
 HEADINGS = (
@@ -31,13 +32,14 @@ LEGEND = (
     "IQM: interquartile mean"
 )
 FEW = "*"
+LONGEST = 1000
 ABSENT = "-"
 
 
 def text_table(spec: Spec, rows: Sequence[Row]) -> Table:
     """For a terminal."""
     table = Table(
-        title=spec.title,
+        title=quoted(spec.title),
         caption="\n".join(notes(rows)),
         caption_justify="left",
         box=box.SIMPLE_HEAD,
@@ -54,10 +56,10 @@ def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
     """For a README or a job summary."""
     from tabulate import tabulate
 
-    table = tabulate([cells(row) for row in rows], HEADINGS, "github", disable_numparse=True)
-    # a star that begins a line would make it an item of a list
-    below = "".join("\n" + note.replace(FEW, rf"\{FEW}") + "  " for note in notes(rows))
-    return f"### {spec.title}\n\n{table}\n{below}"
+    shown = [(markdown(name), *numbers) for name, *numbers in map(cells, rows)]
+    table = tabulate(shown, HEADINGS, "github", disable_numparse=True)
+    below = "".join(f"\n{markdown(note)}  " for note in notes(rows))
+    return f"### {markdown(spec.title)}\n\n{table}\n{below}"
 
 
 def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
@@ -67,7 +69,7 @@ def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
     table = tabulate(
         [cells(row) for row in rows], HEADINGS, "latex_booktabs", disable_numparse=True
     )
-    remarks = "".join(f"% {note}\n" for note in (spec.title, *notes(rows)))
+    remarks = "".join(f"% {quoted(note, LONGEST)}\n" for note in (spec.title, *notes(rows)))
     return remarks + table.replace("±", r"$\pm$")
 
 
@@ -110,7 +112,10 @@ def cells(row: Row) -> list[str]:
 def notes(rows: Sequence[Row]) -> list[str]:
     """What is to be said below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
-    told = [LEGEND, *(f"{row.cell.name}: {row.cell.note}" for row in rows if row.cell.note)]
+    told = [
+        LEGEND,
+        *(f"{row.cell.name}: {quoted(row.cell.note, LONGEST)}" for row in rows if row.cell.note),
+    ]
     if any(row.difference is not None and not row.is_enough for row in rows):
         told.append(f"{FEW} fewer than {ENOUGH_REPEATS} repeats: too few to compare")
     if missing:

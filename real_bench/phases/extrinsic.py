@@ -150,6 +150,8 @@ class ExtrinsicPhase:
 
     def _setting(self, identity: Identity) -> Setting:
         plan = self.plan
+        if not plan.controller.isprintable():
+            raise ResultError(f"a result cannot tell of {plan.controller!r}: give it another name")
         run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,

@@ -132,6 +132,12 @@ class IntrinsicPhase:
         task.begin(object_poses=cut.object_poses, joint_positions=cut.joint_positions)
 
     def _header(self, identity: Identity) -> Header:
+        source = resolved(self.controller)
+        for place in (source, self.scene.source):
+            if not place.isprintable():
+                raise RecordingError(
+                    f"a recording cannot tell where {place!r} is: give its folder another name"
+                )
         return Header(
             condition=self.condition.name,
             objects=self.objects,
@@ -141,7 +147,7 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
-            controller_source=resolved(self.controller),
+            controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.source_sha256,
             settings=dict(identity.settings),

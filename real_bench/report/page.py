@@ -62,7 +62,7 @@ class Report:
 
 def write_report(report: Report, path: Path) -> None:
     """Write the file; it appears whole. Raises OutputError."""
-    write_whole(path, render(report).encode())
+    write_whole(path, render(report).encode(errors="replace"))  # a file's name may be no text
 
 
 def render(report: Report) -> str:
