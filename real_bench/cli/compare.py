@@ -28,11 +28,14 @@ def compare(a: str, b: str, as_json: bool) -> None:
     that A scores more than B on a goal, and each goal.
     """
     from real_bench.cli.reading import read_results
+    from real_bench.physics import mixture, physics_of
     from real_bench.scoring.comparison import compare as compare_results
     from real_bench.scoring.table import comparison_table
 
-    comparison = compare_results(*(read_results(each) for each in (a, b)))
+    ours, theirs = (read_results(each) for each in (a, b))
+    comparison = compare_results(ours, theirs)
+    physics = [physics_of(result.setting.versions) for result in (*ours, *theirs)]
     if as_json:
-        say(json.dumps(comparison.to_json()))
+        say(json.dumps({**comparison.to_json(), "physics": sorted(set(physics))}))
     else:
-        print_tables(comparison_table(comparison))
+        print_tables(comparison_table(comparison), *filter(None, [mixture(physics)]))

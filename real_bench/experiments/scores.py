@@ -12,6 +12,7 @@ from real_bench.experiments.agenda import Agenda
 from real_bench.experiments.spec import Cell, Spec
 from real_bench.experiments.state import not_of_this, refusal
 from real_bench.experiments.tasks import ScoringTask
+from real_bench.physics import physics_of
 from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
 from real_bench.scoring.result import Result
 
@@ -26,6 +27,7 @@ class Row:
         seeds: of the repeats that are done.
         files: their results.
         summary: of their scores; None while there are none.
+        physics: that each of the results was made with.
     """
 
     cell: Cell
@@ -33,6 +35,7 @@ class Row:
     seeds: tuple[int, ...]
     files: tuple[Path, ...]
     summary: RepeatsSummary | None
+    physics: tuple[str, ...] = ()
 
     @property
     def difference(self) -> float | None:
@@ -55,6 +58,7 @@ class Row:
             "files": [file.name for file in self.files],
             "summary": asdict(self.summary) if self.summary else None,
             "difference": self.difference,
+            "physics": sorted(set(self.physics)),
             "enough_repeats_to_compare": self.is_enough,
         }
 
@@ -75,6 +79,7 @@ def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
 def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
     seeds: list[int] = []
     files: list[Path] = []
+    physics: list[str] = []
     scores: list[list[float]] = []
     classes: list[str] = []
     for seed in spec.seeds(cell):
@@ -88,8 +93,10 @@ def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
         classes = [trial.challenge for trial in trials]
         seeds.append(seed)
         files += [task.out for task, _ in repeat]
+        physics += [physics_of(result.setting.versions) for _, result in repeat]
     summary = summarise_repeats(scores, classes) if scores else None
-    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), summary)
+    asked = len(spec.seeds(cell))
+    return Row(cell, asked, tuple(seeds), tuple(files), summary, tuple(physics))
 
 
 def _finished(agenda: Agenda, tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:

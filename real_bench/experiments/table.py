@@ -11,6 +11,7 @@ from rich.table import Table
 from real_bench.experiments.scores import Row
 from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.physics import mixture
 from real_bench.quoting import markdown, quoted
 from real_bench.scoring.repeats import ENOUGH_REPEATS
 
@@ -31,7 +32,7 @@ LEGEND = (
     "s.e.: standard error over repeats; 95% interval: bootstrap over the repeats of each goal; "
     "IQM: interquartile mean"
 )
-FEW = "*"
+FEW, MIXED = "*", "†"
 LONGEST = 1000
 ABSENT = "-"
 
@@ -87,7 +88,7 @@ def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
 def cells(row: Row) -> list[str]:
     """What stands in each column."""
     cell, summary = row.cell, row.summary
-    done = f"{len(row.seeds)} of {row.n_asked}"
+    done = f"{len(row.seeds)} of {row.n_asked}{MIXED if mixture(row.physics) else ''}"
     told = [
         cell.label,
         cell.condition,
@@ -118,6 +119,8 @@ def notes(rows: Sequence[Row]) -> list[str]:
     ]
     if any(row.difference is not None and not row.is_enough for row in rows):
         told.append(f"{FEW} fewer than {ENOUGH_REPEATS} repeats: too few to compare")
+    if told_of_physics := mixture([each for row in rows for each in row.physics]):
+        told.append(f"{MIXED} {told_of_physics}")
     if missing:
         asked = sum(row.n_asked for row in rows)
         told.append(f"{missing} of {asked} repeats are missing")

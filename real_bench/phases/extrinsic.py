@@ -14,7 +14,7 @@ from real_bench.phases.guest import Guest, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
-from real_bench.recording import Recording, package_versions
+from real_bench.recording import Recording, run_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
 
@@ -168,7 +168,7 @@ class ExtrinsicPhase:
             n_goals=self.n_trials,
             trial_steps=plan.trial_steps,
             seed=plan.seed,
-            versions=package_versions(),
+            versions=run_versions(),
         )
 
 

@@ -21,7 +21,7 @@ from real_bench.phases.local import LocalHost
 from real_bench.phases.player import at_play
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
-from real_bench.recording import MOVED_M, Experience, Header, Recorder, package_versions
+from real_bench.recording import MOVED_M, Experience, Header, Recorder, run_versions
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
@@ -152,7 +152,7 @@ class IntrinsicPhase:
             controller_sha256=identity.source_sha256,
             settings=dict(identity.settings),
             images=self._records_images(identity.uses_images),
-            versions=package_versions(),
+            versions=run_versions(),
         )
 
     def _records_images(self, uses_images: bool) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -113,6 +114,15 @@ class Recording:
         with self._guard():
             poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
         return poses
+
+    @property
+    def parts(self) -> list[dict[str, str]]:
+        """The versions that each part was played with, of which a cut begins another one."""
+        with self._guard():
+            told = [json.loads(versions) for versions in self._file["cuts"]["versions"]]
+            if not all(isinstance(versions, dict) for versions in told):
+                raise ValueError("the versions of a part are no names and values")
+        return [self.header.versions, *told]
 
     def controller_state(self) -> State:
         """What the controller handed over; empty where it did not."""

@@ -58,7 +58,7 @@ class Setting(_Record):
         n_goals: how many trials are asked for.
         trial_steps: length of a trial.
         seed: of the test.
-        versions: of Python and the packages that can change the outcome.
+        versions: of Python and the packages that can change the outcome, and the physics.
     """
 
     condition: Line

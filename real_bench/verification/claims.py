@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from real_bench.conditions import Condition
 from real_bench.errors import ResultError
@@ -16,6 +17,7 @@ from real_bench.recording import Recording, package_versions
 from real_bench.scoring.result import Result
 from real_bench.scoring.result_file import Content, is_sealed
 from real_bench.simulation.scene import Scene
+from real_bench.verification.differences import ROUNDING
 from real_bench.verification.versions import versions_differ
 
 
@@ -63,10 +65,11 @@ class Claims:
             )
 
     def _check_summary(self) -> None:
-        """To the last bit, intervals too, where the very code that made it is here."""
+        """Up to rounding, intervals too, where the very code that made it is here."""
         here, versions = package_versions(), self._setting.versions
         same_code = all(versions.get(name) == here[name] for name in ("real-bench source", "numpy"))
-        if self._content["summary"] != [asdict(row) for row in self._result.summary()]:
+        derived = [asdict(row) for row in self._result.summary()]
+        if not _agree(self._content["summary"], derived):
             where = self.faults if same_code else self.notes
             where.append("numbers of its summary are not those that follow from its trials")
 
@@ -106,3 +109,16 @@ class Claims:
         elif file_sha256(file) != self._setting.controller_sha256:
             where = self.notes if controller is None else self.faults
             where.append(f"controller {quoted(named)} as it is here is not the one tested")
+
+
+def _agree(told: Any, derived: Any) -> bool:
+    """Whether what is told is what is derived here, but for rounding."""
+    if isinstance(told, dict) and isinstance(derived, dict):
+        return told.keys() == derived.keys() and all(
+            _agree(told[key], derived[key]) for key in told
+        )
+    if isinstance(told, list | tuple) and isinstance(derived, list | tuple):
+        return len(told) == len(derived) and all(map(_agree, told, derived))
+    if isinstance(told, float) and isinstance(derived, float):
+        return abs(told - derived) <= ROUNDING
+    return type(told) is type(derived) and bool(told == derived)

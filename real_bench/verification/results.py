@@ -20,6 +20,7 @@ from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
 from real_bench.verification.claims import Claims
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
+from real_bench.verification.versions import Physics
 
 Report = Callable[[int, int], None]
 
@@ -65,6 +66,7 @@ class ResultVerification:
         self._check_can_be_replayed(result)
         scene = self._scene(result.setting)
         goal_set = self._goal_set(result.setting, scene)
+        physics = Physics.of(result.setting.versions)
         claims = Claims(content, result, scene, goal_set)
         claims.check(self.run, self.controller)
         make = partial(
@@ -73,6 +75,7 @@ class ResultVerification:
             Condition.parse(result.setting.condition),
             goal_set,
             result.setting.trial_steps,
+            physics.is_another,
         )
         checks = []
         with stop_requests() as stop:
@@ -88,7 +91,8 @@ class ResultVerification:
             n_goals=result.setting.n_goals,
             checks=tuple(sorted(checks, key=lambda check: check.goal)),
             faults=tuple(claims.faults),
-            notes=tuple(claims.notes),
+            notes=(*claims.notes, *physics.notes()),
+            physics=physics,
             may_be_incomplete=self.may_be_incomplete,
         )
 
