@@ -24,6 +24,8 @@ def quoted(text: str, longest: int = LONGEST) -> str:
 
 def printable(text: str) -> str:
     """A text without what would move the cursor of a terminal; lines stay lines."""
+    if text.isprintable():
+        return text
     return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
 
 
