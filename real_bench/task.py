@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action, Command, action_segments
 from real_bench.conditions import Condition
-from real_bench.errors import PhysicsError
+from real_bench.errors import PhysicsError, SceneError
 from real_bench.goal_sets import Goal
 from real_bench.observation import CAMERA_KEYS, Observation
 from real_bench.simulation import Image, Segment, Simulation
@@ -94,6 +94,9 @@ class Task:
         dark = frozenset() if render else CAMERA_KEYS & senses.keys()
         self._observation = Observation(senses, dark, self._n_worlds)
         return self._observation
+
+    def __copy__(self) -> NoReturn:
+        raise SceneError("one world cannot be behind two objects: make another task")
 
     def close(self) -> None:
         """Let go of the simulation."""

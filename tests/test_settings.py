@@ -69,7 +69,7 @@ class Plain:
         (["a=2", "a.b=1"], {"a": {"b": 1}}),
         (["a=-0.5"], {"a": -0.5}),
         (["a=[0.02, 0.04]"], {"a": [0.02, 0.04]}),
-        (["a={b: {c: no}}"], {"a": {"b": {"c": False}}}),
+        (["a={b: {c: false}}"], {"a": {"b": {"c": False}}}),
         (["a=true"], {"a": True}),
         (["a=null"], {"a": None}),
         (["a="], {"a": None}),
@@ -91,8 +91,6 @@ def test_an_assignment_without_name_or_value_is_refused(assignment: str) -> None
 
 BAD_YAML = ["[1, 2", "'open", "{a: 1", "a: b: c", "!!python/object:os.system x", "&", "\x07"]
 BAD_SCALARS = [
-    "2020-13-45",
-    "0x_",
     "!!int four",
     "!!timestamp now",
     "!!bool maybe",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
 from real_bench.errors import RecordingError
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ def plan_trials(
     if header and (misfits := header.misfits(wanted, n_objects, loaded.sha256)):
         if run is not None:
             raise RecordingError(f"{run} does not fit this test: {'; '.join(misfits)}")
-        click.echo(f"{path} is not used: {'; '.join(misfits)}", err=True)
+        say(f"{path} is not used: {'; '.join(misfits)}", err=True)
         path = header = None
     if controller is None and header is None:
         raise click.UsageError(
@@ -204,20 +205,18 @@ def show(result: Result, out: Path, *, as_json: bool) -> None:
     from real_bench.scoring.summary import summary_json
 
     if as_json:
-        click.echo(json.dumps({**result.to_json(), "summary": summary_json(result)}))
+        say(json.dumps({**result.to_json(), "summary": summary_json(result)}))
         return
-    from rich.console import Console
-
     from real_bench.scoring.table import score_table
 
-    Console().print(score_table(result))
-    click.echo(f"result: {out}")
+    print_tables(score_table(result))
+    say(f"result: {out}")
 
 
 def judge(result: Result, min_score: float | None) -> None:
     """Exit with 3 where the score is below a minimum."""
     if min_score is not None and result.score < min_score:
-        click.echo(f"realbench: score {result.score:.4f} is below {min_score}", err=True)
+        say(f"realbench: score {result.score:.4f} is below {min_score}", err=True)
         sys.exit(BELOW_MINIMUM)
 
 
@@ -234,5 +233,5 @@ def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header 
     except RecordingError as error:
         if run is not None or not optional:
             raise
-        click.echo(f"{path} is not used: {error}", err=True)
+        say(f"{path} is not used: {error}", err=True)
         return None, None

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.printing import say
 from real_bench.errors import RealBenchError
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def figures(
     material = read_material(found[kinds.RECORDING], found[kinds.RESULT], asked)
     summary = _draw_all(material, asked, out)
     if as_json:
-        click.echo(json.dumps(summary))
+        say(json.dumps(summary))
     else:
         _report(summary, out)
 
@@ -96,7 +97,7 @@ def _read_results(files: Sequence[Path]) -> tuple[Tested, ...]:
     for one in tested:
         if not one.result.is_finished:
             done = f"{len(one.result.trials)} of {len(one.result.setting.goal_numbers)} trials"
-            click.echo(f"{one.file} is not used: it has {done}", err=True)
+            say(f"{one.file} is not used: it has {done}", err=True)
     finished = tuple(one for one in tested if one.result.is_finished)
     check_same_goals(finished)
     return finished
@@ -143,6 +144,6 @@ def _draw_all(material: Material, asked: Asked, out: Path) -> dict[str, Any]:
 def _report(summary: dict[str, Any], out: Path) -> None:
     """Say what was drawn, and for each figure that was not what it needs."""
     for name in summary["drawn"]:
-        click.echo(f"{name}: {out / name}.png, .svg, .csv")
+        say(f"{name}: {out / name}.png, .svg, .csv")
     for name, needs in summary["not_drawn"].items():
-        click.echo(f"{name}: not drawn, it needs {needs}")
+        say(f"{name}: not drawn, it needs {needs}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
     from real_bench.recording import Recording
@@ -33,7 +34,7 @@ def inspect(file: Path, as_json: bool) -> None:
     }
     facts = describe[kinds.kind_of(file)](file)
     if as_json:
-        click.echo(json.dumps(facts))
+        say(json.dumps(facts))
     else:
         print_facts(facts)
 
@@ -132,7 +133,7 @@ def print_facts(facts: dict[str, Any]) -> None:
     """Print facts for a person, one a line."""
     width = max(map(len, facts))
     for name, value in facts.items():
-        click.echo(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")
+        say(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")
 
 
 def _plain(value: Any) -> str:

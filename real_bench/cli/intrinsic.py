@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 from real_bench.lengths import INTRINSIC_STEPS
 
 if TYPE_CHECKING:
@@ -132,6 +133,6 @@ def show(out: Path, *, as_json: bool) -> None:
 
     facts = describe_recording(out)
     if as_json:
-        click.echo(json.dumps(facts))
+        say(json.dumps(facts))
     else:
         print_facts(facts)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from real_bench.cli.printing import say
 from real_bench.lengths import TRIAL_STEPS
 
 if TYPE_CHECKING:
@@ -191,7 +192,7 @@ def tell_walls() -> None:
     """Say on standard error what isolates controllers here, and what is not enforced."""
     from real_bench.isolation import found_walls
 
-    click.echo(f"the controller is {found_walls().describe()}", err=True)
+    say(f"the controller is {found_walls().describe()}", err=True)
 
 
 def isolate_option(*, by_default: bool = False) -> Decorator:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
@@ -56,8 +57,8 @@ def report(
     made = _report(files, title, goals, videos)
     write_report(made, out)
     for remark in made.remarks:
-        click.echo(f"realbench: {remark}", err=True)
-    click.echo(f"report: {out}")
+        say(f"realbench: {remark}", err=True)
+    say(f"report: {out}")
 
 
 def _report(
@@ -90,7 +91,7 @@ def _table(path: Path) -> Table:
     from real_bench.report import Table
 
     spec = read_spec(path)
-    rows = rows_of(spec, Agenda(spec))
+    rows = rows_of(spec, Agenda(spec, isolate=True))  # its controllers may be a stranger's
     return Table(
         title=spec.title,
         headings=tuple(headings()),

@@ -13,6 +13,7 @@ from click.core import ParameterSource
 
 from real_bench.cli import extrinsic as testing
 from real_bench.cli import options
+from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def score(
     accepted. With --allow-part a finished test of a part of the goals (--trials) passes, too.
     """
     from real_bench.cli.reading import read_results
-    from real_bench.files import check_output, write_whole
+    from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
 
     asked = _options_of_a_test(context)
@@ -86,18 +87,18 @@ def score(
         raise click.UsageError(f"{asked[0]} is for a test, and FILES are results of tests")
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
+    page_file = cases_file = None
     if junit is not None:
-        check_output(junit, overwrite=overwrite, option="--junit")
+        cases_file = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
     if markdown is not None:
-        check_output(markdown, overwrite=True)
+        page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
     other = None if baseline is None else read_results(baseline)
 
     def publish(page: str, cases: JUnitXml) -> None:
-        if junit is not None:
-            write_whole(junit, cases.tostring())
-        if markdown is not None:
-            before = markdown.read_text(encoding="utf-8") if markdown.exists() else ""
-            write_whole(markdown, (before + page).encode())
+        if cases_file is not None:
+            cases_file.write(cases.tostring())
+        if page_file is not None:
+            page_file.write(page.encode())
 
     if files:
         results = [result for each in files for result in read_results(each)]
@@ -115,10 +116,10 @@ def score(
     )
     page = verdicts.markdown(verdict)
     publish(page, verdicts.junit(verdict))
-    click.echo(json.dumps(verdict.to_json()) if as_json else page.rstrip())
+    say(json.dumps(verdict.to_json()) if as_json else page.rstrip())
     if not verdict.passed:
         told = "; ".join(f"{each.name}: {each.told}" for each in verdict.checks if not each.passed)
-        click.echo(f"realbench: not passed: {told}", err=True)
+        say(f"realbench: not passed: {told}", err=True)
         sys.exit(NOT_PASSED)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
 from real_bench.errors import ExperimentError, Interrupted
 
 if TYPE_CHECKING:
@@ -28,7 +29,6 @@ Example:
 """
 FORMATS = ("text", "markdown", "latex")
 NAMES_SHOWN = 2
-LEAST_WIDTH = 150
 
 
 @click.command(epilog=EPILOG)
@@ -76,8 +76,9 @@ def table(
     failures: dict[str, str] = {}
     if wanted:
         with _own_folder(experiment):
+            _check_controllers(experiment, isolate)
             _draw_goals(experiment)
-            _check(experiment)
+            _check_goals(experiment)
             work = Agenda(experiment, isolate=isolate).left(go_on=resume, overwrite=overwrite)
             if len(work):
                 failures = _make(work, _crew(experiment, jobs, scheduler))
@@ -92,7 +93,8 @@ def table(
 @contextlib.contextmanager
 def _own_folder(spec: Spec) -> Iterator[None]:
     """The experiment's folder, in which no other process makes the same."""
-    from real_bench.files import OutputError, write_lock
+    from real_bench.files import OutputError
+    from real_bench.locks import write_lock
 
     folder = spec.results_folder
     try:
@@ -110,18 +112,25 @@ def _draw_goals(spec: Spec) -> None:
 
     load_scene(spec.scene_source)  # whether it is installed
     for name in Agenda(spec).draw_goals():
-        click.echo(f"drawing {name}", err=True)
+        say(f"drawing {name}", err=True)
 
 
-def _check(spec: Spec) -> None:
-    """Find out before any work is done whether controllers are there, and goals fit."""
-    from real_bench.goal_sets import load_goal_set
-    from real_bench.simulation import load_scene
+def _check_controllers(spec: Spec, isolate: bool) -> None:
+    """Find out before any work is done whether controllers are there, and take their settings."""
+    from real_bench.experiments.agenda import Agenda
     from real_bench.source import ControllerSource
 
     played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
     for named in {*played, *(cell.controller for cell in spec.cells)}:
         ControllerSource.of(spec.controller(named)).code_files()
+    Agenda(spec, isolate=isolate).check_settings()
+
+
+def _check_goals(spec: Spec) -> None:
+    """Find out before any work is done whether goals fit."""
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.simulation import load_scene
+
     scene = load_scene(spec.scene_source)
     goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
     for name, objects in sorted(goals):
@@ -145,7 +154,7 @@ def _make(work: Work, crew: Crew) -> dict[str, str]:
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.experiments.crew import Standing
 
-    click.echo(
+    say(
         f"{len(work.plays)} plays and {len(work.scorings)} tests to do, "
         f"{work.n_steps:,} steps in all",
         err=True,
@@ -155,8 +164,10 @@ def _make(work: Work, crew: Crew) -> dict[str, str]:
         def update(standing: Standing) -> None:
             now = ", ".join(standing.running[:NAMES_SHOWN])
             more = len(standing.running) - NAMES_SHOWN
-            others = f" and {more} more" if more > 0 else ""
-            told = f"{standing.n_tasks} of {len(work)} tasks done, now {now}{others}"
+            doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
+            if standing.waits_for:
+                doing = f"waiting for {standing.waits_for}"
+            told = f"{standing.n_tasks} of {len(work)} tasks done, {doing}"
             display.update(standing.n_steps, told)
 
         try:
@@ -172,21 +183,17 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
     from real_bench.experiments import table as tables
 
     if form == "json":
-        click.echo(json.dumps(tables.json_table(spec, rows)))
+        say(json.dumps(tables.json_table(spec, rows)))
     elif form == "text":
-        from rich.console import Console
-
-        # rather lines that the terminal breaks than columns too narrow for a number
-        wide = max(Console().width, LEAST_WIDTH)
-        Console(width=wide).print(tables.text_table(spec, rows))
+        print_tables(tables.text_table(spec, rows))
     else:
         draw = {"markdown": tables.markdown_table, "latex": tables.latex_table}[form]
-        click.echo(draw(spec, rows))
+        say(draw(spec, rows))
 
 
 def _tell_missing(work: Work, spec: Path) -> None:
     if len(work):
-        click.echo(
+        say(
             f"not made: {len(work.plays)} plays and {len(work.scorings)} tests, {work.n_steps:,} "
             f"steps in all; `realbench table {spec} --run` makes them",
             err=True,

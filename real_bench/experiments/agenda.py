@@ -84,6 +84,21 @@ class Agenda:
             images=play.images,
         )
 
+    def check_settings(self) -> None:
+        """Find out before any work is done whether settings are what their controllers take.
+
+        Raises:
+            ControllerError: they are not.
+        """
+        checked: list[tuple[str, dict[str, Any]]] = []
+        for cell in self._spec.cells:
+            seed = self._spec.seeds(cell)[0]
+            for task in (*self.scorings(cell, seed), self.play(cell, seed)):
+                if task is not None and task.settings:
+                    if (task.controller, task.settings) not in checked:
+                        task.settings_in_full()
+                    checked.append((task.controller, task.settings))
+
     def left(self, *, go_on: bool = False, overwrite: bool = False) -> Work:
         """What is left to do: tests that are not done, and the plays that these need.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 import uuid
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,11 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.process import Processes, WorkerLostError
 from real_bench.experiments.tasks import Report, Task, task_from_json
-from real_bench.files import own_folder, write_whole
+from real_bench.files import write_whole
+from real_bench.locks import own_folder
 
 SECONDS_TO_CONNECT = 10
+SECONDS_WITHOUT_WORKERS = 600
 AT_ONCE = 64
 """Tasks handed to the scheduler at a time; it passes them on as workers come and go."""
 
@@ -42,14 +45,36 @@ class Cluster:
             self._client = Client(address, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError, TypeError) as error:
             raise ExperimentError(f"no Dask scheduler answers at {address}: {error}") from error
+        self._address, self._last_seen = address, time.monotonic()
         self._topic = f"realbench-{uuid.uuid4().hex}"
         self._reports: dict[str, Report] = {}
         self._client.subscribe_topic(self._topic, self._on_event)
 
     @property
     def n_workers(self) -> int:
-        """How many workers there are now."""
-        return len(self._client.nthreads())
+        """How many workers there are now; none where the scheduler does not answer."""
+        try:
+            return len(self._client.nthreads())
+        except OSError:
+            return 0
+
+    def waits_for(self) -> str:
+        """A worker, while there is none.
+
+        Raises:
+            ExperimentError: there has been none for ten minutes.
+        """
+        now = time.monotonic()
+        if self.n_workers:
+            self._last_seen = now
+            return ""
+        start = f"dask worker {self._address}"
+        if now - self._last_seen > SECONDS_WITHOUT_WORKERS:
+            raise ExperimentError(
+                f"there has been no worker for {SECONDS_WITHOUT_WORKERS:,} s: start some ({start}) "
+                "and repeat the command; what is finished is kept"
+            )
+        return f"a worker ({start})"
 
     def do(self, task: Task, report: Report) -> None:
         """Have a worker do a task, and write what comes back.

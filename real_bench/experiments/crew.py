@@ -27,6 +27,13 @@ class Workplace(Protocol):
             WorkerLostError: whatever did it died.
         """
 
+    def waits_for(self) -> str:
+        """What nothing can be done without; empty where nothing is missing.
+
+        Raises:
+            ExperimentError: it has waited for too long.
+        """
+
     def stop(self) -> None:
         """End what is being done."""
 
@@ -39,11 +46,13 @@ class Standing:
         n_steps: steps of simulation done.
         n_tasks: tasks that have come to an end.
         running: names of those that are being done.
+        waits_for: what must come before they can be; empty where nothing is missing.
     """
 
     n_steps: int
     n_tasks: int
     running: tuple[str, ...]
+    waits_for: str
 
 
 class Crew:
@@ -78,7 +87,8 @@ class Crew:
                     done, _ = wait(running, SECONDS_BETWEEN_UPDATES, FIRST_COMPLETED)
                     for future in done:
                         shift.end(running.pop(future), future.exception())
-                    update(shift.standing([task.name for task in running.values()]))
+                    names = [task.name for task in running.values()]
+                    update(shift.standing(names, self._workplace.waits_for() if names else ""))
             except BaseException:
                 self._workplace.stop()
                 raise
@@ -129,6 +139,7 @@ class _Shift:
             self._n_ended += 1
             self.failures[follower.name] = f"{follower.name}: {task.name} failed"
 
-    def standing(self, running: list[str]) -> Standing:
+    def standing(self, running: list[str], waits_for: str) -> Standing:
         """How far all have come."""
-        return Standing(sum(list(self._steps.values())), self._n_ended, tuple(running))
+        n_steps = sum(list(self._steps.values()))
+        return Standing(n_steps, self._n_ended, tuple(running), waits_for)

@@ -58,6 +58,10 @@ class Processes:
         if "finished" not in ended:
             raise WorkerLostError(f"{task.name}: its process died ({_cause(process.returncode)})")
 
+    def waits_for(self) -> str:
+        """Nothing: a process can always be started."""
+        return ""
+
     def stop(self) -> None:
         """End all of them at once; what they wrote stays whole."""
         self._stopped = True

@@ -15,6 +15,7 @@ from real_bench.experiments.state import not_of_this, refusal
 from real_bench.experiments.tasks import ScoringTask
 from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.physics import physics_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
 
@@ -31,6 +32,7 @@ class Row:
         control_version: of the way of control, in these; None while there are none.
         summary: of their scores; None while there are none.
         unlike_published: what is not as it was for the published score.
+        physics: that each of the results was made with.
     """
 
     cell: Cell
@@ -40,6 +42,7 @@ class Row:
     control_version: int | None
     summary: RepeatsSummary | None
     unlike_published: tuple[str, ...] = ()
+    physics: tuple[str, ...] = ()
 
     @property
     def difference(self) -> float | None:
@@ -69,6 +72,7 @@ class Row:
             "control_version": self.control_version,
             "summary": self.summary.to_json() if self.summary else None,
             "difference": self.difference,
+            "physics": sorted(set(self.physics)),
             "enough_repeats_to_compare": self.is_enough,
             "unlike_published": list(self.unlike_published),
         }
@@ -104,7 +108,16 @@ def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
     summary = summarise_repeats(table) if table else None
     version = results[0].setting.control_version if results else None  # all are alike
     unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
-    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), version, summary, unlike)
+    return Row(
+        cell=cell,
+        n_asked=len(spec.seeds(cell)),
+        seeds=tuple(seeds),
+        files=tuple(files),
+        control_version=version,
+        summary=summary,
+        unlike_published=unlike,
+        physics=tuple(physics_of(result.setting.versions) for result in results),
+    )
 
 
 def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:

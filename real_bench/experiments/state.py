@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from real_bench.errors import ExperimentError
+from real_bench.errors import ControllerError, ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
 from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
-from real_bench.settings import merged
+from real_bench.settings import as_validated, merged
 from real_bench.source import ControllerSource, is_code_of
 
 
@@ -72,7 +73,7 @@ def _misfits(task: ScoringTask, result: Result) -> list[str]:
     if setting.n_goals not in (None, task.n_goals) or setting.set_size > task.n_goals:
         reasons.append(f"{setting.set_size} goals, not {task.n_goals}")
     reasons += _controller_misfits(task, setting.controller, setting.controller_sha256)
-    reasons += _setting_misfits(task.settings, setting.settings)
+    reasons += _setting_misfits(task, setting.settings)
     if task.goals_sha256 not in ("", setting.goals_sha256):
         reasons.append(f"other goals than {task.goals.name}")
     if task.run and task.run.exists() and file_sha256(task.run) != setting.run_sha256:
@@ -99,7 +100,7 @@ def _state_of_play(task: PlayTask) -> State:
     if task.images and not header.images:
         reasons.append("no images")
     reasons += _controller_misfits(task, header.controller, header.controller_sha256)
-    reasons += _setting_misfits(task.settings, header.settings)
+    reasons += _setting_misfits(task, header.settings)
     return State("done" if ended else "unfinished", tuple(reasons))
 
 
@@ -121,7 +122,10 @@ def _controller_misfits(task: Task, named: str, sha256: str) -> list[str]:
     return []
 
 
-def _setting_misfits(asked: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
+def _setting_misfits(task: Task, found: Mapping[str, Any]) -> list[str]:
     """What is asked for must be so; where nothing is asked, defaults may have changed."""
-    asked, found = (json.loads(json.dumps(values)) for values in (asked, found))
+    asked, found = (json.loads(json.dumps(values)) for values in (task.settings, found))
+    if merged(found, asked) != found:
+        with suppress(ControllerError):  # of one that is not here
+            asked = as_validated(task.settings_in_full(), asked)  # what was "50" may be 50 to it
     return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]

@@ -11,6 +11,8 @@ from rich.table import Table
 from real_bench.experiments.scores import Row
 from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.physics import mixture
+from real_bench.quoting import markdown, quoted
 from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.repeats import ENOUGH_REPEATS
 from real_bench.scoring.statistics import (
@@ -25,7 +27,8 @@ LEGEND = (
     f"s.e.: standard error over repeats; {OVER}: how far the mean would go if all was done again, "
     f"which fewer than {LEAST_PLAYS} plays do not tell; IQM: interquartile mean"
 )
-FEW, UNLIKE = "*", "†"
+FEW, UNLIKE, MIXED = "*", "†", "‡"
+LONGEST = 1000
 ABSENT = "-"
 
 
@@ -42,7 +45,7 @@ def headings() -> list[str]:
 def text_table(spec: Spec, rows: Sequence[Row]) -> Table:
     """For a terminal."""
     table = Table(
-        title=spec.title,
+        title=quoted(spec.title),
         caption="\n".join(notes(rows)),
         caption_justify="left",
         box=box.SIMPLE_HEAD,
@@ -59,10 +62,10 @@ def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
     """For a README or a job summary."""
     from tabulate import tabulate
 
-    table = tabulate([cells(row) for row in rows], headings(), "github", disable_numparse=True)
-    # a star that begins a line would make it an item of a list
-    below = "".join("\n" + note.replace(FEW, rf"\{FEW}") + "  " for note in notes(rows))
-    return f"### {spec.title}\n\n{table}\n{below}"
+    shown = [(markdown(name), *numbers) for name, *numbers in map(cells, rows)]
+    table = tabulate(shown, headings(), "github", disable_numparse=True)
+    below = "".join(f"\n{markdown(note)}  " for note in notes(rows))
+    return f"### {markdown(spec.title)}\n\n{table}\n{below}"
 
 
 def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
@@ -72,7 +75,7 @@ def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
     table = tabulate(
         [cells(row) for row in rows], headings(), "latex_booktabs", disable_numparse=True
     )
-    remarks = "".join(f"% {note}\n" for note in (spec.title, *notes(rows)))
+    remarks = "".join(f"% {quoted(note, LONGEST)}\n" for note in (spec.title, *notes(rows)))
     return remarks + table.replace("±", r"$\pm$")
 
 
@@ -90,7 +93,7 @@ def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
 def cells(row: Row) -> list[str]:
     """What stands in each column."""
     cell, summary = row.cell, row.summary
-    done = f"{len(row.seeds)} of {row.n_asked}"
+    done = f"{len(row.seeds)} of {row.n_asked}{MIXED if mixture(row.physics) else ''}"
     told = [
         cell.label,
         cell.condition,
@@ -117,7 +120,10 @@ def cells(row: Row) -> list[str]:
 def notes(rows: Sequence[Row]) -> list[str]:
     """What is to be said below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
-    told = [LEGEND, *(f"{row.cell.name}: {row.cell.note}" for row in rows if row.cell.note)]
+    told = [
+        LEGEND,
+        *(f"{row.cell.name}: {quoted(row.cell.note, LONGEST)}" for row in rows if row.cell.note),
+    ]
     if any(row.difference is not None and not row.is_enough for row in rows):
         told.append(f"{FEW} fewer than {ENOUGH_REPEATS} plays: too few to compare")
     for reason in dict.fromkeys(reason for row in rows for reason in row.unlike_published):
@@ -127,6 +133,8 @@ def notes(rows: Sequence[Row]) -> list[str]:
             f"by an earlier version of their control (macros did not end exactly at their second "
             f"point): {', '.join(earlier)}"
         )
+    if told_of_physics := mixture([each for row in rows for each in row.physics]):
+        told.append(f"{MIXED} {told_of_physics}")
     if missing:
         asked = sum(row.n_asked for row in rows)
         told.append(f"{missing} of {asked} repeats are missing")

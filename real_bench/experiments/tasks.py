@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import platform
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -62,6 +62,10 @@ class _Task(BaseModel, ABC):
                 f"{self.controller} cannot be isolated on {platform.node()}: install bubblewrap"
             )
         return host
+
+    def settings_in_full(self) -> Mapping[str, Any]:
+        """All settings of its controller, as plain values; raises ControllerError."""
+        return self.host.identity(self.controller, self.settings).settings
 
     @property
     @abstractmethod

@@ -13,11 +13,11 @@ from contextlib import ExitStack, suppress
 from typing import IO
 
 from real_bench.errors import ControllerError
-from real_bench.files import own_folder
 from real_bench.isolation.channel import Channel
 from real_bench.isolation.limits import Limits
 from real_bench.isolation.view import View
 from real_bench.isolation.walls import Site, Walls, bubblewrap_options, python_command
+from real_bench.locks import own_folder
 
 OUTPUT_BYTES = 1 << 20
 KEPT_VARIABLES = (

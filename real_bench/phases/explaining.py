@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -135,7 +136,9 @@ class Explainer:
         ]
         figure.legend(keys, LEGEND, loc="outside lower center", ncols=len(LEGEND), frameon=False)
         figure.suptitle(f"{name} ({self._goal.challenge})")
-        figure.savefig(path)
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png")
+        write_whole(path, stream.getvalue())
 
     def _draw_decision(self, panel: Axes, number: int, decision: Decision) -> None:
         explanation = decision.explanation

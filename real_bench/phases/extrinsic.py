@@ -9,14 +9,15 @@ from functools import partial
 from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
-from real_bench.files import check_output, file_sha256, write_lock
+from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
+from real_bench.locks import write_lock
 from real_bench.phases.guest import Guest, Identity
 from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
-from real_bench.recording import Recording, package_versions
+from real_bench.recording import Recording, run_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 
@@ -79,6 +80,7 @@ class ExtrinsicPhase:
             RealBenchError: anything else that is wrong, before or while it runs.
         """
         check_output(self.out, overwrite=True)  # whether it can be written at all
+        self.plan.check_outputs()
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
             remedy = "--overwrite" if guest else "--resume or --overwrite"
@@ -168,6 +170,8 @@ class ExtrinsicPhase:
 
     def _setting(self, identity: Identity, learned: Learned | None) -> Setting:
         plan = self.plan
+        if not plan.controller.isprintable():
+            raise ResultError(f"a result cannot tell of {plan.controller!r}: give it another name")
         run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,
@@ -187,7 +191,7 @@ class ExtrinsicPhase:
             goal_numbers=self.goal_numbers,
             trial_steps=plan.trial_steps,
             seed=plan.seed,
-            versions=package_versions(),
+            versions=run_versions(),
         )
 
 

@@ -26,7 +26,7 @@ from real_bench.recording import (
     Header,
     Recorder,
     Recording,
-    package_versions,
+    run_versions,
 )
 from real_bench.simulation.scene import Scene
 from real_bench.source import resolved
@@ -158,6 +158,12 @@ class IntrinsicPhase:
         task.begin(object_poses=cut.object_poses, joint_positions=cut.joint_positions)
 
     def _header(self, identity: Identity) -> Header:
+        source = resolved(self.controller)
+        for place in (source, self.scene.source):
+            if not place.isprintable():
+                raise RecordingError(
+                    f"a recording cannot tell where {place!r} is: give its folder another name"
+                )
         return Header(
             condition=self.condition.name,
             control_version=self.condition.control_version,
@@ -168,12 +174,12 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
-            controller_source=resolved(self.controller),
+            controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             images=self._records_images(identity.uses_images),
-            versions=package_versions(),
+            versions=run_versions(),
         )
 
     def _records_images(self, uses_images: bool) -> bool:

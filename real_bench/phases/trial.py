@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, RealBenchError
+from real_bench.files import check_folder, write_whole
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
-from real_bench.phases.film import filmed
+from real_bench.phases.film import check_films, filmed
 from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
 from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
 from real_bench.phases.local import LocalHost
@@ -88,6 +90,18 @@ class TrialPlan:
         if self.run is None or self.run_steps is not None:
             return NOTHING
         return handed_over(self.run, self.controller, identity, self.condition, self.wanted)
+
+    def check_outputs(self) -> None:
+        """Find out before any work is done whether films, pictures and explanations can be kept.
+
+        Raises:
+            RealBenchError: they cannot.
+        """
+        for folder in (self.videos, self.pictures, self.explanations):
+            if folder is not None:
+                check_folder(folder, make=True)
+        if self.videos is not None:
+            check_films()
 
 
 class TrialMaker:
@@ -173,8 +187,9 @@ class TrialMaker:
     ) -> None:
         end = self._task.simulation.image().retina
         title = f"goal {result.goal} ({goal.challenge}): score {result.score:.3f}"
-        picture = trial_strip(start, goal.retina, end, title)
-        _save(folder / f"trial-{result.goal:02d}.png", picture.save)
+        stream = io.BytesIO()
+        trial_strip(start, goal.retina, end, title).save(stream, "png")
+        write_whole(folder / f"trial-{result.goal:02d}.png", stream.getvalue())
 
 
 def trial_result(
@@ -197,11 +212,3 @@ def trial_result(
         actions_sha256=commands.sha256,
         commands=commands,
     )
-
-
-def _save(path: Path, save: Callable[[Path], None]) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save(path)
-    except OSError as error:
-        raise RealBenchError(f"cannot write {path}: {error.strerror or error}") from error

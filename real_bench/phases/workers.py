@@ -19,8 +19,9 @@ from typing import Any, TypeVar
 from uuid import uuid4
 
 from real_bench.errors import RealBenchError
-from real_bench.files import own_folder, write_whole
+from real_bench.files import write_whole
 from real_bench.finding import controller_folders
+from real_bench.locks import own_folder
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"

@@ -1,7 +1,7 @@
 """Recordings of the intrinsic phase: schema, writer, reader."""
 
 from real_bench.recording.experience import Experience
-from real_bench.recording.header import Header, package_versions
+from real_bench.recording.header import Header, package_versions, run_versions
 from real_bench.recording.reader import MOVED_M, Recording
 from real_bench.recording.recorder import Cut, Recorder
 from real_bench.recording.state import State
@@ -15,4 +15,5 @@ __all__ = [
     "Recording",
     "State",
     "package_versions",
+    "run_versions",
 ]

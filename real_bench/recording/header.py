@@ -59,7 +59,7 @@ class Header(BaseModel):
             that defines it).
         settings: of the controller, whole; empty where it has none.
         images: whether camera images are recorded.
-        versions: of Python and the packages that can change the outcome.
+        versions: of Python and the packages that can change the outcome, and the physics.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -158,6 +158,13 @@ def _source_sha256() -> str:
     for file in sorted(package.rglob("*.py")):
         digest.update(str(file.relative_to(package)).encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
+
+
+def run_versions() -> dict[str, str]:
+    """All that can change what a run does: packages, and the fingerprint of physics."""
+    from real_bench.physics import PHYSICS, fingerprint
+
+    return {**package_versions(), PHYSICS: fingerprint()}
 
 
 def package_versions() -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,7 @@ from real_bench.recording.distrust import (
     check_sizes,
 )
 from real_bench.recording.header import Header
+from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
     CUT,
     FORMAT,
@@ -46,7 +48,7 @@ class Recording:
     def __init__(self, path: Path) -> None:
         self.path = path
         with self._guard():
-            self._file = h5py.File(path, "r")
+            self._file = open_hdf5(path, "r")
         try:
             with self._guard():
                 self._check_format()
@@ -118,6 +120,15 @@ class Recording:
         with self._guard():
             poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
         return poses
+
+    @property
+    def parts(self) -> list[dict[str, str]]:
+        """The versions that each part was played with, of which a cut begins another one."""
+        with self._guard():
+            told = [json.loads(versions) for versions in self._file["cuts"]["versions"]]
+            if not all(isinstance(versions, dict) for versions in told):
+                raise ValueError("the versions of a part are no names and values")
+        return [self.header.versions, *told]
 
     def controller_state(self) -> State:
         """What the controller handed over; empty where it did not."""

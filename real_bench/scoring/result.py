@@ -75,7 +75,7 @@ class Setting(_Record):
         goal_numbers: the goals of it that are asked for, ascending, from 0.
         trial_steps: length of a trial.
         seed: of the test.
-        versions: of Python and the packages that can change the outcome.
+        versions: of Python and the packages that can change the outcome, and the physics.
     """
 
     condition: Line

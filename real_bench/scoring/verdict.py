@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from real_bench.errors import ResultError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.naming import shown_name
+from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
@@ -174,8 +175,8 @@ def markdown(verdict: Verdict) -> str:
         numbers = [text(found.interquartile_mean), *map(text, found.by_class.values())]
         rows.append((metric.title, text(found.mean), metric.interval(found.interval), *numbers))
     parts = [
-        f"## {shown_name(setting.controller)} {'passed' if verdict.passed else 'failed'}",
-        f"REAL_{setting.condition}, {objects}, scene {setting.scene}, after "
+        f"## {_escaped(shown_name(setting.controller))} {'passed' if verdict.passed else 'failed'}",
+        f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, after "
         f"{setting.run_steps:,} steps of play; {summary.n_goals} goals, each tested "
         f"{'once' if summary.n_repeats == 1 else f'{summary.n_repeats} times'}.",
         tabulate(checks, ("check", "", ""), "github", disable_numparse=True),
@@ -198,14 +199,14 @@ def junit(verdict: Verdict) -> JUnitXml:
 def failure(told: str) -> tuple[str, JUnitXml]:
     """Markdown and test cases for a controller that could not be tested to the end."""
     line = quoted(told, longest=2000)
-    page = f"## Not tested to the end\n\n{line}\n"
+    page = f"## Not tested to the end\n\n{_escaped(line)}\n"
     return page, _cases("controller", [Check("runs", False, line)], {})
 
 
 def _cases(name: str, checks: Sequence[Check], properties: Mapping[str, str]) -> JUnitXml:
     from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
-    suite = TestSuite(f"realbench {name}")
+    suite = TestSuite(f"realbench {quoted(name)}")
     for key, value in properties.items():
         suite.add_property(key, value)
     for check in checks:

@@ -263,7 +263,12 @@ def installed_folder(manifest: Manifest) -> Path:
     """Where the files of an installed scene lie: in the user's data directory."""
     import platformdirs
 
-    root = Path(platformdirs.user_data_dir("realbench", appauthor=False))
+    try:
+        root = Path(platformdirs.user_data_dir("realbench", appauthor=False))
+    except RuntimeError as error:
+        raise SceneError(
+            f"there is no folder to install scene {manifest.name} in: set HOME or XDG_DATA_HOME"
+        ) from error
     return root / "scenes" / manifest.name
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import os
 import sys
+import weakref
 from collections.abc import Iterable, Sequence
+from typing import NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,9 +47,13 @@ class Simulation:
             # pybullet would end the whole process
             raise SceneError("cannot open pybullet's window: no display (DISPLAY is unset)")
         mode = pybullet.GUI if gui else pybullet.DIRECT
-        self._client: int | None = pybullet.connect(mode)
-        if self._client < 0:
+        client: int = pybullet.connect(mode)
+        if client < 0:
             raise SceneError("cannot open pybullet's window: only one can be open in a process")
+        self._client: int | None = client
+        # pybullet keeps a world until it is told, even when nobody knows of it any more
+        self._end = weakref.finalize(self, pybullet.disconnect, physicsClientId=client)
+        self._end.atexit = False
         self._fallen = [(region.z_below, region.x_above) for region in scene.manifest.limits.fallen]
         self.reset()
 
@@ -175,9 +181,12 @@ class Simulation:
 
     def close(self) -> None:
         """Let go of the physics client; may be called more than once."""
-        if self._client is not None:
-            pybullet.disconnect(physicsClientId=self._client)
-            self._client = None
+        self._end()
+        self._client = None
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        """Refuse to be copied or pickled: there would be one world behind two objects."""
+        raise SceneError("a simulated world can be neither copied nor pickled: make another one")
 
     def __enter__(self) -> Simulation:
         return self

@@ -20,6 +20,7 @@ from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
 from real_bench.verification.claims import Claims
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
+from real_bench.verification.versions import Physics
 
 Report = Callable[[int, int], None]
 
@@ -68,6 +69,7 @@ class ResultVerification:
             raise ResultError(f"{self.path} cannot be replayed: {misfit}")
         scene = self._scene(result.setting)
         goal_set = self._goal_set(result.setting, scene)
+        physics = Physics.of(result.setting.versions)
         claims = Claims(content, result, scene, goal_set)
         claims.check(self.run, self.controller)
         make = partial(
@@ -76,6 +78,7 @@ class ResultVerification:
             condition,
             goal_set,
             result.setting.trial_steps,
+            physics.is_another,
         )
         checks = []
         with stop_requests() as stop:
@@ -91,7 +94,8 @@ class ResultVerification:
             n_trials=len(result.setting.goal_numbers),
             checks=tuple(sorted(checks, key=lambda check: check.goal)),
             faults=tuple(claims.faults),
-            notes=tuple(claims.notes),
+            notes=(*claims.notes, *physics.notes()),
+            physics=physics,
             may_be_incomplete=self.may_be_incomplete,
         )
 

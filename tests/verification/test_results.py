@@ -6,7 +6,7 @@ import dataclasses
 import json
 import re
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from real_bench.scoring.commands import Commands
 from real_bench.scoring.result import Result, load_result
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.verification import ResultVerdict, ResultVerification
+from real_bench.verification.differences import ROUNDING
 from tests.phases.conftest import guest
 from tests.verification.conftest import MakeResult, altered, forged, play
 
@@ -134,6 +135,20 @@ def something_else(value: Any) -> Any:
     return float(np.nextafter(value, 9)) if isinstance(value, float) else f"{value}0"
 
 
+DERIVED = {"score", "distance", "distances", "summary"}
+"""Their last bits depend on the processor."""
+
+
+def as_little_as_counts(place: tuple[Any, ...]) -> Callable[[Any], Any]:
+    """What changes a fact by its last bit, and what is derived by more than rounding would."""
+
+    def changed(value: Any) -> Any:
+        rounded = isinstance(value, float) and not DERIVED.isdisjoint(place)
+        return value + 2 * ROUNDING if rounded else something_else(value)
+
+    return changed
+
+
 def test_a_forger_who_seals_anew_is_found_out_by_the_replay(honest: Path, goals_path: Path) -> None:
     """Every number and text but those that no replay can prove, changed by as little as can be."""
     content = json.loads(honest.read_text())
@@ -142,7 +157,7 @@ def test_a_forger_who_seals_anew_is_found_out_by_the_replay(honest: Path, goals_
     unproved = set()
     for place in places:
         try:
-            verdict = verify(altered(honest, place, something_else), goals_path)
+            verdict = verify(altered(honest, place, as_little_as_counts(place)), goals_path)
         except RealBenchError:
             continue
         if verdict.holds:
