@@ -10,7 +10,7 @@ import h5py
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, computed_field
 
 from real_bench.cli.extrinsic import plan_trials
 from real_bench.cli.intrinsic import plan_phase
@@ -513,3 +513,56 @@ def test_a_controller_is_the_same_by_whatever_name(place: Path) -> None:
 def test_a_run_resumed_with_another_controller_is_told_so(place: Path) -> None:
     with pytest.raises(RecordingError, match=r"cannot be resumed.* controller"):
         resumed(place, controller="real_r").run(ignore, resume=True)
+
+
+class Named(Settings):
+    lam: float = Field(0.5, alias="lambda")
+
+
+class OnlyReadByName(Settings):
+    lam: float = Field(0.5, validation_alias="lambda")
+
+
+class Computing(Settings):
+    lam: float = 0.5
+
+    @computed_field
+    def twice(self) -> float:
+        return 2 * self.lam
+
+
+class Hiding(Settings):
+    lam: float = Field(0.5, exclude=True)
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        (Named, {}),
+        (Named, {"lambda": 2}),
+        (OnlyReadByName, {"lambda": 2}),
+        (Computing, {}),
+        (Hiding, {"lam": 2}),
+    ],
+)
+def test_settings_that_do_not_survive_being_kept_are_told_with_the_reason(
+    kind: type[Settings], values: dict[str, Any]
+) -> None:
+    odd = type("Odd", (), {"Settings": kind})
+    with pytest.raises(ControllerError, match="do not survive being written and read: ") as caught:
+        settings_in_full(odd, "odd.py", values)
+    told = str(caught.value)
+    assert told.isprintable()
+    assert any(word in told for word in ("lam", "twice"))
+
+
+def test_settings_that_do_not_survive_being_kept_are_told_before_play(
+    play: Play, face: Face, tmp_path: Path
+) -> None:
+    path = tmp_path / "odd.py"
+    path.write_text(PUSHER.replace("Field(0.1, ge=0)", 'Field(0.1, ge=0, alias="lambda")'))
+    with pytest.raises(ControllerError, match="do not survive"):
+        play(str(path), 500, {"lambda": 0.2})
+    with pytest.raises(ControllerError, match="do not survive"):
+        face(str(path), 1, {"lambda": 0.2})
+    assert not [file for file in tmp_path.iterdir() if file.suffix in (".h5", ".json")]

@@ -42,6 +42,7 @@ class ProgressDisplay:
         self._title, self._unit, self._total = printable(title), unit, total
         self._console = Console(stderr=True, markup=False, emoji=False)
         self._live = self._console.is_terminal and self._console.width >= LEAST_WIDTH
+        self._console.width = max(self._console.width, LEAST_WIDTH)
         self._bar = Progress(
             TextColumn("{task.description}", markup=False, table_column=_cut(max_width=24)),
             BarColumn(bar_width=10),

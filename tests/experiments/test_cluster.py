@@ -13,6 +13,11 @@ from pathlib import Path
 
 import pytest
 
+from real_bench.errors import ExperimentError
+from real_bench.experiments import Spec
+from real_bench.experiments import cluster as clusters
+from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.crew import Crew, Standing
 from tests.cli.shell import COMMAND, realbench
 from tests.experiments.conftest import WriteSpec
 
@@ -118,3 +123,15 @@ def _children(pid: int) -> list[int]:
     """The processes in which a worker does its tasks."""
     listed = Path(f"/proc/{pid}/task").glob("*/children")
     return [int(child) for file in listed for child in file.read_text().split()]
+
+
+def test_a_cluster_without_workers_is_told_and_not_waited_for_without_end(
+    cluster: DaskCluster, spec: Spec, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clusters, "SECONDS_WITHOUT_WORKERS", 3)
+    list(Agenda(spec).draw_goals())
+    told: list[Standing] = []
+    with pytest.raises(ExperimentError, match=f"no worker for 3 s: .*{cluster.address}"):
+        Crew(clusters.Cluster(cluster.address), 2).do(Agenda(spec).left(), told.append)
+    assert told[0].waits_for == f"a worker (dask worker {cluster.address})"
+    assert told[0].n_tasks == 0

@@ -35,6 +35,9 @@ class Rehearsal:
             report(task.n_steps // 2)
             self.done.append(task.name)
 
+    def waits_for(self) -> str:
+        return ""
+
     def stop(self) -> None:
         self.stopped = True
 
@@ -58,7 +61,7 @@ def test_all_is_done_once_and_tests_after_their_play(work: Work, jobs: int) -> N
     for task in work.scorings:
         if task.play:
             assert place.done.index(task.play) < place.done.index(task.name)
-    assert standings[-1] == Standing(work.n_steps, len(names), ())
+    assert standings[-1] == Standing(work.n_steps, len(names), (), "")
 
 
 def test_a_task_whose_worker_dies_is_done_again(work: Work) -> None:

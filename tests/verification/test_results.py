@@ -356,3 +356,31 @@ def test_progress_is_told(honest: Path, goals_path: Path) -> None:
     seen: list[tuple[int, int]] = []
     ResultVerification(honest, goals_path).verify(lambda done, total: seen.append((done, total)))
     assert seen == [(0, 2), (1, 2), (2, 2)]
+
+
+@pytest.mark.parametrize("part", ["score", "distances", "summary"])
+def test_the_last_bit_of_what_is_derived_is_that_of_a_processor(
+    honest: Path, goals_path: Path, part: str
+) -> None:
+    """As another machine wrote it: an exponential, a sum, a mean whose last bit is another one."""
+    content = json.loads(honest.read_text())
+    for rows in (content["trials"], content["summary"]):
+        for row in rows:
+            if part == "score" and "goal" in row:
+                row["score"] = float(np.nextafter(row["score"], 9))
+            elif part == "distances" and "goal" in row:
+                row["distances"] = [float(np.nextafter(each, 9)) for each in row["distances"]]
+            elif part == "summary" and "goal" not in row:
+                row["score"] = float(np.nextafter(row["score"], 9))
+                row["distance"] = float(np.nextafter(row["distance"], 9))
+    verdict = verify(forged(honest, content), goals_path)
+    assert verdict.holds, verdict.lines()
+
+
+def test_the_last_bit_of_a_pose_is_a_fact(honest: Path, goals_path: Path) -> None:
+    content = json.loads(honest.read_text())
+    pose = content["trials"][0]["final_poses"][0]
+    pose[0] = float(np.nextafter(pose[0], 9))
+    verdict = verify(forged(honest, content), goals_path)
+    assert not verdict.holds
+    assert str(verdict.different[0].differences[0]).startswith("position of cube differs by")
