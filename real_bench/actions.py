@@ -159,6 +159,10 @@ class Control(Protocol):
 
     size: int
 
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """What an action dict must have, beside ``render``."""
+
     def command(self, action: Mapping[str, Any]) -> Command:
         """The command vector of an official action dict; raises ActionError for a bad one."""
 

@@ -71,7 +71,7 @@ class Robot:
     def set_joint_positions(self, positions: NDArray[np.float64]) -> None:
         """Put the joints at nine angles (as observed), at rest."""
         angles = dict.fromkeys(self.all_joints, 0.0)
-        mine = [*positions[:8], -positions[8]]
+        mine = [*positions[:8], 0.0 - positions[8]]  # never -0: at 0 it is observed as -0, as there
         angles.update(zip(self.driven_joints, [*mine[:8], mine[7], mine[8], mine[8]], strict=True))
         for joint, angle in angles.items():
             pybullet.resetJointState(self.body, joint, angle, 0, physicsClientId=self.client)
@@ -99,6 +99,18 @@ class Robot:
     def touch_sensors(self) -> NDArray[np.float64]:
         """The largest normal force on each of the four skins, (4,) newtons; 0 without contact."""
         return np.array([self._largest_force(link) for link in self._touch_links])
+
+    def link_position(self, name: str) -> NDArray[np.float64]:
+        """Where the centre of mass of a link is, (3,) metres; raises KeyError."""
+        _, links = self._names()
+        state = pybullet.getLinkState(self.body, links[name], physicsClientId=self.client)
+        return np.array(state[0])
+
+    def contacts(self) -> list[tuple[str, int]]:
+        """Every contact point: the robot's link, and the id of the body that it touches."""
+        names = {link: name for name, link in self._names()[1].items()}
+        points = pybullet.getContactPoints(bodyA=self.body, physicsClientId=self.client)
+        return [(names[point[3]], point[2]) for point in points if point[3] in names]
 
     def inverse_kinematics(
         self, position: tuple[float, ...], quaternion: tuple[float, ...]

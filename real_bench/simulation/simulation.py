@@ -145,6 +145,15 @@ class Simulation:
         """The largest normal force on each of the four skins, (4,) newtons."""
         return self.robot.touch_sensors()
 
+    def contacts(self) -> dict[str, list[str]]:
+        """What touches the robot: a link's name and, for each point of contact, the object's."""
+        names = dict(zip(self._bodies, self.object_names, strict=True))
+        touched: dict[str, list[str]] = {}
+        for link, body in self.robot.contacts():
+            if body in names:
+                touched.setdefault(link, []).append(names[body])
+        return touched
+
     def object_poses(self) -> NDArray[np.float64]:
         """Position and quaternion of each object, (n_objects, 7).
 
