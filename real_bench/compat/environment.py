@@ -20,6 +20,7 @@ from real_bench.errors import GoalSetError
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import STEP_S, load_scene
+from real_bench.simulation.simulation import TABLE
 from real_bench.task import Task
 
 Named = dict[str, NDArray[np.float64]]
@@ -196,9 +197,6 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         table = np.array([*simulation.scene.manifest.table.position, 0.0, 0.0, 0.0, 1.0])
         named = zip(simulation.object_names, simulation.object_poses(), strict=True)
         return {TABLE: table, **dict(named)}
-
-
-TABLE = "table"
 
 
 class Robot:
