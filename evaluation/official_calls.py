@@ -2,7 +2,7 @@
 
 It runs in two places. In a venv of the official package it makes the fixture of the tests:
 
-    cd "$(mktemp -d)"; OFFICIAL_VENV/bin/python .../official_calls.py .../tests/data/official_calls.json
+    cd "$(mktemp -d)"; VENV/bin/python .../official_calls.py .../tests/data/official_calls.json
 
 Under realbench (`real_bench.compat.install()` first) it tells the same of ours, and the tests
 compare the two line by line. So it uses nothing but numpy and `real_robots`.
@@ -285,6 +285,27 @@ def environment():
     return found
 
 
+def touch():
+    """What is felt while the hand is pushed into table, shelf and objects."""
+    env = made("REALRobot2020-R2C3-v0").unwrapped
+    env.reset()
+    random = np.random.default_rng(0)
+    touches, contacts = [], []
+    for _ in range(60):
+        pose = random.uniform([-0.25, -0.5, 0.4, -1, -1, -1, -1], [0.25, 0.5, 0.5, 1, 1, 1, 1])
+        action = {"cartesian_command": pose, "gripper_command": random.uniform(0, 1.5, 2)}
+        for _ in range(50):
+            felt = env.step({**action, "render": False})[0]["touch_sensors"]
+            touches.append(felt.tolist())
+            contacts.append(env.get_contacts())
+    env.close()
+    names = {name for there in contacts for found in there.values() for name in found}
+    return {
+        "touches": [int(np.any(touches, axis=1).sum()), sha256(touches)],
+        "contacts": [sum(map(bool, contacts)), sorted(names), sha256(contacts)],
+    }
+
+
 def done(goal):
     """At which steps `done` comes where lengths are set by hand, with and without a goal."""
     env = made("REALRobot2020-R2M2-v0").unwrapped
@@ -382,6 +403,7 @@ if __name__ == "__main__":
         },
         "actions": {control: alone(actions, control) for control in LETTERS},
         "environment": alone(environment),
+        "touch": alone(touch),
         "done": {"play": alone(done, False), "goal": alone(done, True)},
         "parity": {" ".join(case): alone(parity, *case) for case in CASES},
     }
