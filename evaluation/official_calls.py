@@ -71,7 +71,6 @@ def kind(value):
 class Probe(BasePolicy):
     """Writes down every call with its arguments."""
 
-    learns_across_trials = True
     calls: list = []  # noqa: RUF012
     moments: list = []  # noqa: RUF012
     action: dict = {}  # noqa: RUF012
@@ -112,7 +111,6 @@ for hook in dir(BasePolicy):
 class Toy(BasePolicy):
     """Draws commands from all that it sees, so that one other bit gives other commands."""
 
-    learns_across_trials = True
     hold = 100
 
     def __init__(self, action_space, observation_space):

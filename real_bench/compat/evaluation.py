@@ -59,6 +59,7 @@ def evaluate(
         ControllerError: the controller failed; its own exception is the cause.
         RealBenchError: an argument is wrong.
     """
+    from real_bench.compat.class_source import ClassSource
     from real_bench.compat.names import official_condition
     from real_bench.phases.local import LocalGuest
     from real_bench.simulation import load_scene
@@ -72,7 +73,7 @@ def evaluate(
     goals = _goals(Path(goals_dataset_path), scene, n_objects, extrinsic_trials)
     task = Task(scene, condition, n_objects, gui=visualize)
     try:
-        guest = LocalGuest(Controller.__qualname__, Controller, {}, task)
+        guest = LocalGuest(ClassSource.of_class(Controller), Controller, {}, task)
         guest.seed(SEED)
         _play(guest, task, int(intrinsic_timesteps))
         return _tested(guest, task, goals, int(extrinsic_timesteps), extrinsic_trials)
@@ -124,7 +125,7 @@ def _tested(
     else:
         scene, name = task.simulation.scene, guest.spec
         plan = TrialPlan(name, task.condition, scene, goals, SEED, trial_steps)
-        maker = TrialMaker(plan, guest, task)
+        maker = TrialMaker(plan, guest, task=task)
         try:
             for number in range(n_trials):
                 trial, _ = maker.make(number)

@@ -103,10 +103,10 @@ class LocalGuest:
         self._hooks_of_ours = keeps_our_contract(kind)
         # Its own spaces: sampling from them is part of its randomness.
         self._action_space = copy.deepcopy(terms.action_space)
-        self._official = (
-            None if self._hooks_of_ours else OfficialActions(self.spec, terms.control)
+        self._official = None if self._hooks_of_ours else OfficialActions(self.spec, terms.control)
+        seen = (
+            official_space(terms.observation_space) if self._official else terms.observation_space
         )
-        seen = official_space(terms.observation_space) if self._official else terms.observation_space
         checked = check_settings(kind, self.spec, settings)
         arguments = (self._action_space, seen, *([checked] if checked else []))
         self._check_signature(kind, arguments)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from real_bench.actions import Action
-from real_bench.controller import Controller, Experience
+from real_bench.controller import BasePolicy, Controller, Experience
 
 
 def digest(value: Any) -> str:
@@ -27,7 +27,7 @@ def numbers(text: str, size: int) -> np.ndarray[Any, Any]:
     return np.random.default_rng(seed).uniform(-1, 1, size)
 
 
-class Looks(Controller):
+class Looking:
     """At everything, at every step; spoils what it saw, which must do no harm."""
 
     n_steps, last = 0, ""
@@ -45,8 +45,19 @@ class Looks(Controller):
     def end_intrinsic_phase(self, observation: Any, reward: float, done: bool) -> None:
         self.last += "".join(f"{key}: {digest(value)}" for key, value in observation.items())
 
+    def end_extrinsic_trial(self, observation: Any, reward: float, done: bool) -> None:
+        self.end_intrinsic_phase(observation, reward, done)
+
     def get_state(self) -> dict[str, Any]:
         return {"last": self.last}
+
+
+class Looks(Looking, Controller):
+    """At observations of ours."""
+
+
+class LooksOfficially(Looking, BasePolicy):
+    """At observations as in the official package, goal after goal."""
 
 
 class Glances(Controller):
