@@ -119,7 +119,8 @@ def check_calls(calls: list[dict[str, Any]]) -> None:
     assert all(call["reward"] == 0 for call in observed)
     assert all(call["done"] == call["hook"].startswith("end_") for call in observed)
     assert all(call["listed"] for call in observed)
-    assert [call["sees"] for call in observed] == [k % 3 == 0 for k in range(len(observed))]
+    asked = [True, *[call["asked"] for call in observed[1:]]]
+    assert [call["sees"] for call in observed] == asked
     assert all(call["depth"] == ("float32" if call["sees"] else "float64") for call in observed)
 
 
