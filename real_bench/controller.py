@@ -6,7 +6,8 @@ A controller is a class of one of two kinds:
   executes in its fast loop) or ``step`` (one call a simulation step), and as many of the hooks
   below as it needs;
 * derived from :class:`BasePolicy`, the official class API: it defines ``step``. Only the hooks
-  marked with (*) are called; whatever else it defines is its own.
+  marked with (*) are called; whatever else it defines is its own. It sees observations as the
+  official package makes them (``docs/official-api.md``).
 
 Either way it is made with the two spaces, and it is called in this order::
 
@@ -76,8 +77,8 @@ class BasePolicy:
     def step(self, observation: Mapping[str, Any], reward: float, done: bool) -> Mapping[str, Any]:
         """The action dict for the next step.
 
-        ``reward`` is always 0. The camera images of the next observation are zeros unless the
-        action's ``render`` is true.
+        ``reward`` is always 0. The camera images of the next observation, also where that is given
+        to a hook, are zeros unless the action's ``render`` is true.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step()")
 

@@ -198,14 +198,7 @@ def _plays(value: type[Any]) -> bool:
 
 
 def _offer_official_import() -> None:
-    """Let a controller say ``from real_robots.policy import BasePolicy``.
+    """Let a controller import ``real_robots``: ours, also where the official one is installed."""
+    from real_bench import compat
 
-    The official package no longer imports, so its name is free for this one class.
-    """
-    if "real_robots" in sys.modules:
-        return
-    package, policy = ModuleType("real_robots"), ModuleType("real_robots.policy")
-    policy.BasePolicy = BasePolicy  # type: ignore[attr-defined]
-    package.policy = policy  # type: ignore[attr-defined]
-    package.__path__ = []
-    sys.modules |= {"real_robots": package, "real_robots.policy": policy}
+    compat.install(replace=True)

@@ -92,7 +92,7 @@ class Task:
         self._expire()
         senses = self._senses(self._shutter(render))
         dark = frozenset() if render else CAMERA_KEYS & senses.keys()
-        self._observation = Observation(senses, dark, self._n_worlds)
+        self._observation = Observation(senses, dark, self._n_worlds, self.goal is not None)
         return self._observation
 
     def __copy__(self) -> NoReturn:

@@ -264,7 +264,7 @@ def test_a_controller_without_settings_takes_no_numbered_ones() -> None:
 
 @pytest.mark.parametrize("kind", [dict, {}, 3, "settings", int])
 def test_settings_of_another_kind_are_refused(kind: Any) -> None:
-    controller = type("Odd", (), {"Settings": kind})
+    controller = type("Odd", (Controller,), {"Settings": kind})
     with pytest.raises(ControllerError, match=r"Odd.Settings must derive from real_bench"):
         settings_class(controller)
 

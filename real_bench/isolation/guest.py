@@ -145,7 +145,7 @@ class IsolatedGuest:
                 "condition": argument.condition.name,
                 "n_steps": argument.n_steps,
             }
-        return {"observed": dict(argument)} if isinstance(argument, Mapping) else argument
+        return {"observed": packed(argument, -1)} if type(argument) is Observation else argument
 
     def _restored(self, answer: Any) -> State:
         match answer:

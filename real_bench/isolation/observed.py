@@ -29,22 +29,30 @@ class Unpacker:
 
     def __init__(self, observation_space: spaces.Dict) -> None:
         # how to make what is not told: darkness always the same way, a goal's as it was last told
+        self._has_goal = False
         self._untold: dict[str, Callable[[], Any]] = {
             key: partial(np.zeros, space.shape, space.dtype)
             for key, space in observation_space.items()
             if key in CAMERA_KEYS
         }
 
-    def unpacked(self, told: Mapping[str, Any]) -> dict[str, Any]:
+    def unpacked(self, told: Mapping[str, Any]) -> Observation:
         """The whole observation."""
-        whole = {}
-        for key, value in told.items():
-            if value is None:
-                value = self._untold[key]()
-            elif key in GOAL_KEYS:
-                self._untold[key] = _copies(value)
-            whole[key] = value
-        return whole
+        for key in GOAL_KEYS & told.keys():
+            if told[key] is not None:
+                self._untold[key] = _copies(told[key])
+        if told["goal"] is not None:
+            self._has_goal = bool(told["goal"].any())
+        dark = frozenset(key for key in CAMERA_KEYS & told.keys() if told[key] is None)
+        senses = {
+            key: self._untold[key] if value is None else partial(_itself, value)
+            for key, value in told.items()
+        }
+        return Observation(senses, dark, has_goal=self._has_goal)
+
+
+def _itself(value: Any) -> Any:
+    return value
 
 
 def _copies(value: Any) -> Callable[[], Any]:

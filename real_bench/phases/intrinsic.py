@@ -199,6 +199,7 @@ class _Play:
     def __init__(self, task: Task, guest: Guest, recorder: Recorder, steps: int, out: Path) -> None:
         self._task, self._guest, self._recorder = task, guest, recorder
         self._steps, self._out = steps, out
+        self._player = at_play(guest, task)
         self._next_mark = 0.0
 
     def run(self, report: Report, stop: StopRequest) -> None:
@@ -211,7 +212,7 @@ class _Play:
             recorder.keep_files(self._guest.get_files())
             recorder.mark(self._guest.get_state())
             if recorder.n_steps >= self._steps:
-                self._guest.call("end_intrinsic_phase", self._task.observe().now(), 0.0, True)
+                self._guest.call("end_intrinsic_phase", self._player.look(), 0, True)
                 recorder.mark(self._guest.get_state())
                 recorder.write()
                 self._guest.use_experience(Experience(self._out, self._task.condition))
@@ -231,11 +232,10 @@ class _Play:
 
     def _play(self, report: Report, stop: StopRequest) -> None:
         recorder, task = self._recorder, self._task
-        player = at_play(self._guest, task)
         poses = recorder.add_state(task)
         n_actions = n_moved = 0
         while recorder.n_steps < self._steps and not stop.made:
-            action = player.play(self._steps - recorder.n_steps)
+            action = self._player.play(self._steps - recorder.n_steps)
             before, poses = poses, recorder.add_transition(action, task)
             n_actions, n_moved = n_actions + 1, n_moved + _moved(before, poses)
             self._mark_if_cheap()

@@ -13,6 +13,7 @@ import numpy as np
 
 from real_bench.actions import Action, Command, check_action, wants_render
 from real_bench.blame import blame, says_enough
+from real_bench.compat.official import OfficialActions, official_observation, official_space
 from real_bench.controller import Controller
 from real_bench.errors import ActionError, ControllerError, PhysicsError
 from real_bench.explanation import Explanation
@@ -24,6 +25,7 @@ from real_bench.finding import (
     source_file,
 )
 from real_bench.independence import shared_through
+from real_bench.observation import Observation
 from real_bench.phases.guest import NO_FILES, Identity, Terms, fault
 from real_bench.recording import Experience, State
 from real_bench.settings import check_settings, settings_in_full
@@ -101,8 +103,12 @@ class LocalGuest:
         self._hooks_of_ours = keeps_our_contract(kind)
         # Its own spaces: sampling from them is part of its randomness.
         self._action_space = copy.deepcopy(terms.action_space)
+        self._official = None if self._hooks_of_ours else OfficialActions(self.spec, terms.control)
+        seen = (
+            official_space(terms.observation_space) if self._official else terms.observation_space
+        )
         checked = check_settings(kind, self.spec, settings)
-        arguments = (self._action_space, terms.observation_space, *([checked] if checked else []))
+        arguments = (self._action_space, seen, *([checked] if checked else []))
         self._check_signature(kind, arguments)
         self._controller = self._guarded(kind, *arguments)
         if _learns_across_trials(self._controller) != self.identity.learns_across_trials:
@@ -113,7 +119,8 @@ class LocalGuest:
         if not (self._hooks_of_ours or hook in OFFICIAL_HOOKS):
             return None
         bound = getattr(self._controller, hook, None)
-        return self._guarded(bound, *arguments) if callable(bound) else None
+        shown = map(self._shown, arguments)
+        return self._guarded(bound, *shown) if callable(bound) else None
 
     def seed(self, seed: int) -> None:
         """Seed the controller, and what controllers draw from without being asked to."""
@@ -127,7 +134,7 @@ class LocalGuest:
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """The next whole action; it can be executed."""
-        action = self.call("next_action", observation)
+        action = self._guarded(self._controller.next_action, observation)
         try:
             return check_action(action, self._control)
         except ActionError as error:
@@ -135,8 +142,10 @@ class LocalGuest:
 
     def step(self, observation: Mapping[str, Any]) -> tuple[Command, bool]:
         """The next step's command, and whether images are wanted."""
-        action = self._guarded(self._controller.step, dict(observation), 0.0, False)
+        action = self._guarded(self._controller.step, self._shown(observation), 0, False)
         try:
+            if self._official:
+                action = self._official.known(action)
             return self._control.command(action), wants_render(action)
         except ActionError as error:
             raise fault(self, f"step() returned a bad action: {error}") from error
@@ -201,6 +210,12 @@ class LocalGuest:
 
     def close(self) -> None:
         """Nothing is held that would have to be let go."""
+
+    def _shown(self, argument: Any) -> Any:
+        """What the controller is given for an argument: an observation as its kind knows it."""
+        if type(argument) is not Observation:
+            return argument
+        return official_observation(argument) if self._official else argument.now()
 
     def _guarded(self, function: Callable[..., Any], *arguments: Any) -> Any:
         try:

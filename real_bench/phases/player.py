@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command
+from real_bench.observation import Observation
 from real_bench.phases.guest import Guest
 from real_bench.task import Task
 
@@ -16,6 +17,9 @@ class Player(Protocol):
 
     def play(self, n_steps_left: int) -> Action:
         """One action, executed; at most ``n_steps_left`` steps of it. Returns what was done."""
+
+    def look(self) -> Observation:
+        """What is seen now; of one called at every step, with images where it asked for them."""
 
 
 def at_play(guest: Guest, task: Task) -> Player:
@@ -32,9 +36,13 @@ class ActionPlayer:
 
     def play(self, n_steps_left: int) -> Action:
         """Ask for the next action and execute it in the fast loop."""
-        action = self._guest.next_action(self._task.observe()).first(n_steps_left)
+        action = self._guest.next_action(self.look()).first(n_steps_left)
         self._task.execute(action)
         return action
+
+    def look(self) -> Observation:
+        """What is seen now; images are there for whoever reads them."""
+        return self._task.observe()
 
 
 class StepPlayer:
@@ -58,8 +66,11 @@ class StepPlayer:
                 durations.append(1)
         return Action(np.array(commands), np.array(durations), np.zeros(len(commands), bool))
 
+    def look(self) -> Observation:
+        """What is seen now, with images where the last action asked for them."""
+        return self._task.observe(render=self._render)
+
     def _step(self) -> Command:
-        observation = self._task.observe(render=self._render)
-        command, self._render = self._guest.step(observation)
+        command, self._render = self._guest.step(self.look())
         self._task.step(command)
         return command

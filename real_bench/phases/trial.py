@@ -23,7 +23,7 @@ from real_bench.phases.film import check_films, filmed
 from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
 from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
 from real_bench.phases.local import LocalHost
-from real_bench.phases.player import at_play
+from real_bench.phases.player import Player, at_play
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.commands import Commands
@@ -112,13 +112,18 @@ class TrialMaker:
         guest: the controller as the intrinsic phase left it, where it is still at hand; else it
             is made anew.
         given: what it then goes on from.
+        task: the world of the intrinsic phase, where it is still at hand.
     """
 
     def __init__(
-        self, plan: TrialPlan, guest: Guest | None = None, given: Handover = NOTHING
+        self,
+        plan: TrialPlan,
+        guest: Guest | None = None,
+        given: Handover = NOTHING,
+        task: Task | None = None,
     ) -> None:
         self._plan = plan
-        self._task = Task(plan.scene, plan.condition, plan.goal_set.n_objects)
+        self._task = task or Task(plan.scene, plan.condition, plan.goal_set.n_objects)
         self._guest = self._prepared(given) if guest is None else guest
         with closed_on_error(self._guest):
             if plan.run is not None:
@@ -162,8 +167,9 @@ class TrialMaker:
         with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
             guest.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
-            actions = self._play(guest, explainer)
-        guest.call("end_extrinsic_trial", task.observe().now(), 0.0, True)
+            player = at_play(guest, task)
+            actions = self._play(player, guest, explainer)
+        guest.call("end_extrinsic_trial", player.look(), 0, True)
         if not self.in_order:
             guest.call("end_extrinsic_phase")
             guest.close()
@@ -174,8 +180,7 @@ class TrialMaker:
             self._draw(plan.pictures, result, goal, start)
         return result
 
-    def _play(self, guest: Guest, explainer: Explainer | None) -> list[Action]:
-        player = at_play(guest, self._task)
+    def _play(self, player: Player, guest: Guest, explainer: Explainer | None) -> list[Action]:
         actions: list[Action] = []
         while self._task.n_steps < self._plan.trial_steps:
             with explainer.decision(guest) if explainer else nullcontext():

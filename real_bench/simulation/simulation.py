@@ -31,6 +31,7 @@ FASTEST_OBJECT = 20.0
 fastest seen in 300 random macros and 600 random joint actions was 4.6 m/s."""
 
 LONGEST_UNWATCHED = 100
+TABLE = "table"
 SHOWN_COMMANDS = 3
 
 Segment = tuple[Sequence[float], int]
@@ -152,6 +153,15 @@ class Simulation:
         """The largest normal force on each of the four skins, (4,) newtons."""
         return self.robot.touch_sensors()
 
+    def contacts(self) -> dict[str, list[str]]:
+        """What touches the robot: a link's name and, for each point of contact, the other's."""
+        names = {self._table: TABLE, **dict(zip(self._bodies, self.object_names, strict=True))}
+        touched: dict[str, list[str]] = {}
+        for link, body in self.robot.contacts():
+            if body in names:
+                touched.setdefault(link, []).append(names[body])
+        return touched
+
     def object_poses(self) -> NDArray[np.float64]:
         """Position and quaternion of each object, (n_objects, 7).
 
@@ -244,9 +254,9 @@ class Simulation:
 
     def _load_table(self) -> None:
         table = self.scene.manifest.table
-        body = self._load(table.urdf)
+        self._table = self._load(table.urdf)
         pybullet.resetBasePositionAndOrientation(
-            body, table.position, (0, 0, 0, 1), physicsClientId=self.client
+            self._table, table.position, (0, 0, 0, 1), physicsClientId=self.client
         )
 
     def _load_objects(self) -> None:

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from real_bench.actions import Action
-from real_bench.controller import Controller, Experience
+from real_bench.controller import BasePolicy, Controller, Experience
 
 
 def digest(value: Any) -> str:
     """A hash of a value of an observation, and of its kind."""
     if isinstance(value, dict):
         return "".join(f"{key}: {digest(item)}" for key, item in value.items())
+    if not isinstance(value, np.ndarray):
+        return f"{type(value).__name__} {value}"
     return sha256(value.tobytes()).hexdigest() + str(value.dtype) + str(value.shape)
 
 
@@ -25,7 +27,7 @@ def numbers(text: str, size: int) -> np.ndarray[Any, Any]:
     return np.random.default_rng(seed).uniform(-1, 1, size)
 
 
-class Looks(Controller):
+class Looking:
     """At everything, at every step; spoils what it saw, which must do no harm."""
 
     n_steps, last = 0, ""
@@ -33,11 +35,29 @@ class Looks(Controller):
     def step(self, observation: Any, reward: float, done: bool) -> dict[str, Any]:
         assert type(observation) is dict
         seen = "".join(f"{key}: {digest(value)}" for key, value in observation.items())
+        assert type(reward) is int
         observation["goal"][:] = 7
-        observation["joint_positions"] += 1
+        observation["joint_positions"][0] += 1
         self.n_steps += 1
         self.last = sha256((self.last + seen).encode()).hexdigest()
         return {"joint_command": numbers(self.last, 9), "render": self.n_steps % 40 == 0}
+
+    def end_intrinsic_phase(self, observation: Any, reward: float, done: bool) -> None:
+        self.last += "".join(f"{key}: {digest(value)}" for key, value in observation.items())
+
+    def end_extrinsic_trial(self, observation: Any, reward: float, done: bool) -> None:
+        self.end_intrinsic_phase(observation, reward, done)
+
+    def get_state(self) -> dict[str, Any]:
+        return {"last": self.last}
+
+
+class Looks(Looking, Controller):
+    """At observations of ours."""
+
+
+class LooksOfficially(Looking, BasePolicy):
+    """At observations as in the official package, goal after goal."""
 
 
 class Glances(Controller):

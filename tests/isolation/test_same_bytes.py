@@ -44,6 +44,8 @@ def scores(result: Result) -> dict[str, Any]:
         (guest("series:ManyKindsOfState"), "OM", 3000),
         (guest("tested:GlobalRandomness"), "IJ", 300),
         ("tests.isolation.guests:Looks", "OJ", 120),
+        ("tests.isolation.guests:LooksOfficially", "OJ", 120),
+        ("tests.isolation.guests:LooksOfficially", "IJ", 120),
         ("tests.isolation.guests:Glances", "OM", 3000),
     ],
 )
@@ -55,9 +57,9 @@ def test_free_play_is_the_same(
     assert content(here) == content(there)
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_tests_are_the_same(face_goals: Face, isolated: IsolatedHost, jobs: int) -> None:
-    controller = "tests.isolation.guests:Looks"
+@pytest.mark.parametrize(("kind", "jobs"), [("Looks", 1), ("Looks", 2), ("LooksOfficially", 1)])
+def test_tests_are_the_same(face_goals: Face, isolated: IsolatedHost, kind: str, jobs: int) -> None:
+    controller = f"tests.isolation.guests:{kind}"
     options: dict[str, Any] = {"condition": "OJ", "trial_steps": 60}
     here = face_goals(controller, out="here", **options)
     there = face_goals(controller, out="there", host=isolated, jobs=jobs, **options)

@@ -64,7 +64,7 @@ def spec_of(text: str) -> Spec:
 
 
 def rows_of(spec: Spec) -> list[Row]:
-    return [Row(spec.cells[0], 1, (), (), None)]
+    return [Row(spec.cells[0], 1, (), (), None, None)]
 
 
 def facts(text: str) -> None:
@@ -107,7 +107,8 @@ def test_terminal_error(
     monkeypatch.chdir(tmp_path)
     raises = f"raise ValueError({TEXTS[name]!r})"
     Path("c.py").write_text(
-        f"class C:\n    def __init__(self, *a): {raises}\n    def step(self, *a): 0\n"
+        "from real_robots.policy import BasePolicy\n"
+        f"class C(BasePolicy):\n    def __init__(self, *a): {raises}\n    def step(self, *a): 0\n"
     )
     play = ("--scene", "builtin", "--condition", "OM", "--steps", "100")
     done = command(capfd, "intrinsic", "--controller", "c.py", *play)

@@ -118,9 +118,10 @@ def check_calls(calls: list[dict[str, Any]]) -> None:
     observed = [call for call in calls if "keys" in call]
     assert all(call["reward"] == 0 for call in observed)
     assert all(call["done"] == call["hook"].startswith("end_") for call in observed)
-    assert all(call["in_space"] for call in observed)
-    steps = [call["sees"] for call in observed if call["hook"] == "step"]
-    assert steps == [k == 0 or k % 3 == 0 for k in range(len(steps))]
+    assert all(call["listed"] for call in observed)
+    asked = [True, *[call["asked"] for call in observed[1:]]]
+    assert [call["sees"] for call in observed] == asked
+    assert all(call["depth"] == ("float32" if call["sees"] else "float64") for call in observed)
 
 
 @pytest.mark.parametrize("condition", ["OJ", "IJ"])
@@ -139,7 +140,8 @@ def test_an_official_controller_plays(play: Play, condition: str) -> None:
     positions = {"mask", "goal_mask", "object_positions", "goal_positions"}
     assert official <= told
     assert told & positions == (positions if condition == "OJ" else set())
-    assert not any(call["sees_goal"] for call in calls if "keys" in call)
+    assert not any(call["sees_goal"] or call["masks_goal"] for call in calls if "keys" in call)
+    assert not any(call["goal_positions"] for call in calls if "keys" in call)
 
 
 def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:

@@ -47,16 +47,19 @@ class Witness(BasePolicy):
         if observation is not None:
             met |= {
                 "keys": sorted(observation),
-                "in_space": self.observation_space.contains(dict(observation)),
+                "asked": self.n_calls % 3 == 0,
+                "listed": type(observation["joint_positions"]) is list,
+                "depth": str(observation["depth"].dtype),
                 "sees": bool(observation["retina"].any()),
                 "goal": hashlib.sha256(observation["goal"].tobytes()).hexdigest(),
                 "sees_goal": bool(observation["goal"].any()),
-                "positions": positions(observation.get("object_positions", {})),
-                "goal_positions": positions(observation.get("goal_positions", {})),
+                "positions": positions(observation.get("object_positions")),
+                "goal_positions": positions(observation.get("goal_positions")),
+                "masks_goal": observation.get("goal_mask") is not None,
             }
         with LOG.open("a") as file:
             file.write(json.dumps(met) + "\n")
 
 
-def positions(named: dict[str, Any]) -> dict[str, list[float]]:
-    return {name: position.tolist() for name, position in named.items()}
+def positions(named: dict[str, Any] | None) -> dict[str, list[float]] | None:
+    return named and {name: position.tolist() for name, position in named.items()}
