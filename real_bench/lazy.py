@@ -12,12 +12,13 @@ def lazy_names(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]
 
     Args:
         package: its name.
-        modules: for each name that it offers, the module that has it.
+        modules: for each name that it offers, the module that has it, or is it.
     """
 
     def find(name: str) -> Any:
         if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(modules[name]), name)
+        module = import_module(modules[name])
+        return module if module.__name__ == f"{package}.{name}" else getattr(module, name)
 
     return find

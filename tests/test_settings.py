@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import Field, ValidationError, computed_field
 
-from real_bench.cli.extrinsic import plan_trials
-from real_bench.cli.intrinsic import plan_phase
 from real_bench.conditions import Condition
+from real_bench.controller import Controller
 from real_bench.errors import ControllerError, RecordingError, ResultError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.plans import plan_play, plan_test
 from real_bench.phases.trial import TrialPlan
 from real_bench.recording import Header, Recording
 from real_bench.scoring.result import Result, load_result
@@ -449,9 +449,9 @@ def test_a_command_takes_them_from_file_and_line(place: Path) -> None:
 
 def resumed(folder: Path, *assignments: str, **given: Any) -> IntrinsicPhase:
     """The run that a command line with these options and ``--resume`` asks for."""
-    names = ("controller", "settings_file", "condition", "objects", "scene", "seed", "images")
-    options = {**dict.fromkeys(names), "steps": 2000, "resume": True, **given}
-    return plan_phase(folder / "run.h5", assignments=assignments, **options)
+    settings = read_settings(given.pop("settings_file", None), assignments)
+    options = {"steps": 2000, "resume": True, **given}
+    return plan_play(folder / "run.h5", settings=settings, **options)
 
 
 def test_a_run_is_resumed_with_its_own(place: Path) -> None:
@@ -488,10 +488,9 @@ def test_a_bad_one_on_the_command_line_is_told_in_one_line(place: Path) -> None:
 
 def planned(folder: Path, *assignments: str, **given: Any) -> TrialPlan:
     """The test that a command line with these options asks for."""
-    names = ("controller", "settings_file", "condition", "objects", "scene", "seed")
-    options: dict[str, Any] = dict.fromkeys((*names, "run_steps", "video", "pictures", "explain"))
-    options |= {"run": folder / "run.h5", "goals": folder / "goals.npy"}
-    return plan_trials(assignments=assignments, **{**options, **given})
+    settings = read_settings(given.pop("settings_file", None), assignments)
+    place = {"run": folder / "run.h5", "goals": folder / "goals.npy"}
+    return plan_test(settings=settings, **{**place, **given})
 
 
 def test_those_of_the_run_are_under_those_of_the_command_line(place: Path) -> None:

@@ -64,9 +64,11 @@ def cli() -> None:
 def main(arguments: list[str] | None = None) -> Any:
     """Run the command line; every foreseen error is one line and a non-zero exit code."""
     from real_bench.cli import streams
+    from real_bench.cli.printing import log_on_stderr
     from real_bench.errors import Interrupted, RealBenchError
 
     streams.make_usable()
+    log_on_stderr()
     try:
         done = cli.main(args=arguments, prog_name="realbench", standalone_mode=False)
         streams.flush()

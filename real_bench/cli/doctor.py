@@ -24,7 +24,7 @@ MEASURED_IMAGES = 20
 @options.json_option
 def doctor(scene: str | None, as_json: bool) -> None:
     """Check that this machine can run the benchmark, and how fast."""
-    from real_bench.cli.inspect import print_facts
+    from real_bench.cli.describing import print_facts
     from real_bench.lengths import INTRINSIC_STEPS
     from real_bench.physics import PHYSICS, REFERENCE
     from real_bench.recording import run_versions

@@ -7,9 +7,7 @@ from typing import Any
 
 import click
 
-from real_bench.cli import extrinsic as testing
-from real_bench.cli import intrinsic as playing
-from real_bench.cli import options
+from real_bench.cli import options, running
 from real_bench.lengths import INTRINSIC_STEPS
 
 EPILOG = """\b
@@ -28,8 +26,6 @@ Example:
 @options.trial_steps_option
 @click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
-@options.min_score_option
-@options.allow_part_option
 @options.overwrite_option
 @options.json_option
 @options.isolation_options()
@@ -39,8 +35,6 @@ def evaluate(
     trial_steps: int,
     run: Path,
     out: Path,
-    min_score: float | None,
-    allow_part: bool,
     overwrite: bool,
     as_json: bool,
     **given: Any,
@@ -52,27 +46,13 @@ def evaluate(
     A controller with get_state() and set_state() is better served by intrinsic and extrinsic.
     """
     from real_bench.files import check_output
-    from real_bench.goal_sets import load_goal_set
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.trial import TrialPlan
+    from real_bench.phases.plans import plan_test_after
 
-    phase = playing.plan_phase(run, secrets=[out, goals], **given)
-    given_goals = load_goal_set(goals) if goals else None
-    plan = TrialPlan(
-        controller=phase.controller,
-        condition=phase.condition,
-        scene=phase.scene,
-        goal_set=testing.goals_for_test(given_goals, phase.objects, phase.scene),
-        seed=phase.seed,
-        trial_steps=trial_steps,
-        run=run,
-        settings=phase.settings,
-        host=phase.host,
-    )
-    n_trials = testing.trials_asked(trials, plan, allow_part=allow_part or min_score is None)
-    test = ExtrinsicPhase(plan, n_trials, out)
+    phase = running.plan_of(run, secrets=[out, goals], **given)
+    plan = plan_test_after(phase, goals, trial_steps)
+    test = ExtrinsicPhase(plan, running.trials_asked(trials, plan, allow_part=True), out)
     check_output(out, overwrite=overwrite)
-    guest = playing.play(phase, resume=False, overwrite=overwrite)
-    result = testing.run_trials(test, resume=False, overwrite=overwrite, guest=guest)
-    testing.show(result, out, as_json=as_json)
-    testing.judge(result, min_score)
+    guest = running.play(phase, resume=False, overwrite=overwrite)
+    result = running.run_trials(test, resume=False, overwrite=overwrite, guest=guest)
+    running.show_result(result, out, as_json=as_json)

@@ -14,7 +14,7 @@ from real_bench.cli.printing import say
 from real_bench.errors import RealBenchError
 
 if TYPE_CHECKING:
-    from real_bench.figures import Asked, Material, Play, Tested
+    from real_bench.figures import Asked, Material
 
 EPILOG = """\b
 Example:
@@ -73,7 +73,7 @@ def figures(
     asked = Asked(read_settings(settings_file, assignments), seed, run_steps)
     found = kinds.by_kind(files, kinds.RECORDING, kinds.RESULT)
     prepare_folder(out, overwrite=overwrite)
-    material = read_material(found[kinds.RECORDING], found[kinds.RESULT], asked)
+    material = _read(found[kinds.RECORDING], found[kinds.RESULT], asked)
     summary = _draw_all(material, asked, out)
     if as_json:
         say(json.dumps(summary))
@@ -81,39 +81,12 @@ def figures(
         _report(summary, out)
 
 
-def read_material(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> Material:
-    """What figures are made of, with progress shown; raises RealBenchError."""
-    from real_bench.figures import Material
-
-    tested = _read_results(results)
-    return Material(_read_recordings(recordings, asked), tested)
-
-
-def _read_results(files: Sequence[Path]) -> tuple[Tested, ...]:
-    """The finished ones, which must be of the same goals."""
-    from real_bench.figures import check_same_goals, read_tested
-
-    tested = [read_tested(file) for file in files]
-    for one in tested:
-        if not one.result.is_finished:
-            done = f"{len(one.result.trials)} of {len(one.result.setting.goal_numbers)} trials"
-            say(f"{one.file} is not used: it has {done}", err=True)
-    finished = tuple(one for one in tested if one.result.is_finished)
-    check_same_goals(finished)
-    return finished
-
-
-def _read_recordings(files: Sequence[Path], asked: Asked) -> tuple[Play, ...]:
+def _read(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> Material:
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.figures import play_labels, read_play
+    from real_bench.figures import read_material
 
-    plays = []
-    labels = play_labels(files)
-    with ProgressDisplay("reading recordings", "recordings", len(files)) as display:
-        for number, (file, label) in enumerate(zip(files, labels, strict=True)):
-            display.update(number, file.name)
-            plays.append(read_play(file, label, asked))
-    return tuple(plays)
+    with ProgressDisplay("reading recordings", "recordings", len(recordings)) as display:
+        return read_material(recordings, results, asked, display.update)
 
 
 def _draw_all(material: Material, asked: Asked, out: Path) -> dict[str, Any]:

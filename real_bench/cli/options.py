@@ -15,9 +15,8 @@ from real_bench.lengths import TRIAL_STEPS
 
 if TYPE_CHECKING:
     from real_bench.phases.guest import Host
-    from real_bench.recording import Header
 
-DEFAULT_RUN = Path("run.h5")
+DEFAULT_RUN = Path("run.h5")  # as in phases/plans.py, which is not imported for a --help
 DEFAULT_RESULT = Path("score.json")
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -116,9 +115,6 @@ SETTING_OPTIONS: tuple[Decorator, ...] = (
 allow_part_option: Decorator = click.option(
     "--allow-part", is_flag=True, help="Judge a test of only a part of its goals, too."
 )
-min_score_option: Decorator = click.option(
-    "--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X."
-)
 resume_option: Decorator = click.option(
     "--resume", is_flag=True, help="Go on where the output file ends, if it exists."
 )
@@ -138,17 +134,6 @@ def setting_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def testing_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What a test is told beside that: what to learn from, the goals, where the result goes."""
     return _with(TESTING_OPTIONS, command)
-
-
-def recorded_settings(header: Header | None, controller: str | None, host: Host) -> dict[str, Any]:
-    """The settings that a run was played with, if its controller is the one that is asked for."""
-    from real_bench.source import resolved
-
-    if header is None or controller is None:
-        return header.settings if header else {}
-    one = host.identity(controller, None)
-    same = header.is_of(resolved(controller), one.code_sha256, one.class_name)
-    return header.settings if same else {}
 
 
 @dataclass(frozen=True)

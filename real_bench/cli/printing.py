@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +13,18 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 WIDEST = 10_000
+
+
+class _Lines(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        say(record.getMessage(), err=True)
+
+
+def log_on_stderr() -> None:
+    """Print what parts say of their work on standard error, a line each."""
+    logger = logging.getLogger("real_bench")
+    logger.setLevel(logging.INFO)
+    logger.handlers[:] = [_Lines()]
 
 
 def say(text: str, *, err: bool = False) -> None:

@@ -58,11 +58,10 @@ class ProgressDisplay:
             transient=True,
         )
         self._task = self._bar.add_task(self._title, total=total, note="")
-        self._handler: logging.Handler = (
-            RichHandler(console=self._console, show_time=False, show_level=False, show_path=False)
-            if self._live
-            else logging.StreamHandler()  # lines as they are, for a log
+        self._handler = RichHandler(
+            console=self._console, show_time=False, show_level=False, show_path=False
         )
+        self._others: list[logging.Handler] = []
         self._began = self._last_line = time.monotonic()
         self._first: int | None = None
 
@@ -91,11 +90,12 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         self._bar.start()
-        logger = logging.getLogger("real_bench")  # what parts say of long work of their own
-        logger.setLevel(logging.INFO)
-        logger.addHandler(self._handler)
+        if self._live:  # what parts say of their work goes above the bar
+            handlers = logging.getLogger("real_bench").handlers
+            self._others, handlers[:] = list(handlers), [self._handler]
         return self
 
     def __exit__(self, *_: object) -> None:
-        logging.getLogger("real_bench").removeHandler(self._handler)
+        if self._live:
+            logging.getLogger("real_bench").handlers[:] = self._others
         self._bar.stop()

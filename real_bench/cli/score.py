@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from real_bench.cli import extrinsic as testing
-from real_bench.cli import options
+from real_bench.cli import options, running
 from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
 
@@ -146,7 +145,7 @@ def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | Non
 
 
 def _tested(*, out: Path, quiet: bool, **given: Any) -> Result:
-    result = testing.result_of(out=out, **given)
+    result = running.result_of(out=out, **given)
     if not quiet:
-        testing.show(result, out, as_json=False)
+        running.show_result(result, out, as_json=False)
     return result

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,12 +10,12 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
-from real_bench.errors import ExperimentError, Interrupted
+from real_bench.errors import ExperimentError
 
 if TYPE_CHECKING:
     from real_bench.experiments import Spec
     from real_bench.experiments.agenda import Work
-    from real_bench.experiments.crew import Crew
+    from real_bench.experiments.running import Experiment
     from real_bench.experiments.scores import Row
 
 EPILOG = """\b
@@ -65,91 +62,28 @@ def table(
     plug): the same command goes on, and ends in the same table to the last digit.
     """
     from real_bench.experiments import read_spec
-    from real_bench.experiments.agenda import Agenda
-    from real_bench.experiments.scores import rows_of
+    from real_bench.experiments.running import Experiment
     from real_bench.experiments.state import in_short
 
-    experiment = read_spec(spec)
-    wanted = experiment.run if run is None else run
+    experiment = Experiment(read_spec(spec), jobs, scheduler, isolate)
+    wanted = experiment.spec.run if run is None else run
     if isolate:
         options.tell_walls()
     failures: dict[str, str] = {}
     if wanted:
-        with _own_folder(experiment):
-            _check_controllers(experiment, isolate)
-            _draw_goals(experiment)
-            _check_goals(experiment)
-            work = Agenda(experiment, isolate=isolate).left(go_on=resume, overwrite=overwrite)
+        with experiment.own_folder():
+            experiment.prepare()
+            work = experiment.missing(go_on=resume, overwrite=overwrite)
             if len(work):
-                failures = _make(work, _crew(experiment, jobs, scheduler))
-    agenda = Agenda(experiment, isolate=isolate)
-    _show(experiment, rows_of(experiment, agenda), "json" if as_json else form)
+                failures = _make(experiment, work)
+    _show(experiment.spec, experiment.rows(), "json" if as_json else form)
     if failures:
         raise ExperimentError(in_short(list(failures.values())))
     if not wanted:
-        _tell_missing(agenda.left(), spec)
+        _tell_missing(experiment.missing(), spec)
 
 
-@contextlib.contextmanager
-def _own_folder(spec: Spec) -> Iterator[None]:
-    """The experiment's folder, in which no other process makes the same."""
-    from real_bench.files import OutputError
-    from real_bench.locks import write_lock
-
-    folder = spec.results_folder
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot make the folder {folder}: {error.strerror}") from error
-    with write_lock(folder / "table"):
-        yield
-
-
-def _draw_goals(spec: Spec) -> None:
-    """Draw the goals that are missing."""
-    from real_bench.experiments.agenda import Agenda
-    from real_bench.simulation import load_scene
-
-    load_scene(spec.scene_source)  # whether it is installed
-    for name in Agenda(spec).draw_goals():
-        say(f"drawing {name}", err=True)
-
-
-def _check_controllers(spec: Spec, isolate: bool) -> None:
-    """Find out before any work is done whether controllers are there, and take their settings."""
-    from real_bench.experiments.agenda import Agenda
-    from real_bench.source import ControllerSource
-
-    played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
-    for named in {*played, *(cell.controller for cell in spec.cells)}:
-        ControllerSource.of(spec.controller(named)).code_files()
-    Agenda(spec, isolate=isolate).check_settings()
-
-
-def _check_goals(spec: Spec) -> None:
-    """Find out before any work is done whether goals fit."""
-    from real_bench.goal_sets import load_goal_set
-    from real_bench.simulation import load_scene
-
-    scene = load_scene(spec.scene_source)
-    goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
-    for name, objects in sorted(goals):
-        load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
-
-
-def _crew(spec: Spec, jobs: int | None, scheduler: str | None) -> Crew:
-    """Who does the tasks: processes here, or a cluster."""
-    from real_bench.experiments.crew import Crew
-    from real_bench.experiments.process import Processes
-
-    if scheduler is None:
-        return Crew(Processes(spec.results_folder / "logs"), jobs or os.cpu_count() or 1)
-    from real_bench.experiments.cluster import AT_ONCE, Cluster
-
-    return Crew(Cluster(scheduler), jobs or AT_ONCE)
-
-
-def _make(work: Work, crew: Crew) -> dict[str, str]:
+def _make(experiment: Experiment, work: Work) -> dict[str, str]:
     """Have the work done, with progress shown; gives why tasks were not done, by name."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.experiments.crew import Standing
@@ -170,12 +104,7 @@ def _make(work: Work, crew: Crew) -> dict[str, str]:
             told = f"{standing.n_tasks} of {len(work)} tasks done, {doing}"
             display.update(standing.n_steps, told)
 
-        try:
-            return crew.do(work, update)
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                "stopped; what is finished is kept: repeat the command to go on"
-            ) from error
+        return experiment.make(work, update)
 
 
 def _show(spec: Spec, rows: list[Row], form: str) -> None:

@@ -8,6 +8,7 @@ from real_bench.figures.drawing import Drawing, Numbers
 from real_bench.figures.facts import facts
 from real_bench.figures.material import Material
 from real_bench.figures.played import Asked, Play, play_labels, read_play
+from real_bench.figures.reading import read_material
 from real_bench.figures.registry import FIGURES, FigureKind
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
@@ -23,6 +24,7 @@ __all__ = [
     "check_same_goals",
     "facts",
     "play_labels",
+    "read_material",
     "read_play",
     "read_tested",
 ]

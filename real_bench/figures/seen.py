@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from real_bench.analysis import PairDistances, pair_distances
-from real_bench.errors import RealBenchError
-from real_bench.finding import find_controller
+from real_bench.errors import RealBenchError, faults
+from real_bench.real_x.architecture import AbstractionSettings
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience, Recording
-from real_bench.settings import check_settings, merged
+from real_bench.settings import merged
 
 if TYPE_CHECKING:  # torch is for those who have images
     from real_bench.real_x.latents import Latents
 
-SEES = "real_ld"
 N_PAIRS = 100_000
 
 log = logging.getLogger(__name__)
@@ -44,8 +44,20 @@ class Sight:
 
 
 def sight_settings(values: Mapping[str, Any]) -> Any:
-    """REAL-LD's settings, with its defaults; raises ControllerError for what it does not know."""
-    return check_settings(find_controller(SEES), SEES, values)
+    """How images are seen and states abstracted: ``eye``, ``vae``, ``abstraction``, as in REAL-LD.
+
+    Raises:
+        RealBenchError: there is a setting that is not known, or a bad value.
+    """
+    from real_bench.real_x.latents import SightSettings
+
+    class Seen(SightSettings):
+        abstraction: AbstractionSettings = AbstractionSettings()
+
+    try:
+        return Seen.model_validate(values)
+    except ValidationError as error:
+        raise RealBenchError(f"bad settings of sight: {faults(error)}") from error
 
 
 def see(

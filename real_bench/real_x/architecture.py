@@ -41,7 +41,7 @@ class AbstractionSettings(Settings):
         levels: L, how many levels of abstraction there are.
     """
 
-    levels: int = Field(N_LEVELS, ge=2, le=100_000)
+    levels: int = Field(default=N_LEVELS, ge=2, le=100_000)
 
 
 class PlannerSettings(Settings):

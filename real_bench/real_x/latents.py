@@ -52,6 +52,13 @@ class VAESettings(Settings):
     weight: float = Field(default=1000.0, gt=0)
 
 
+class SightSettings(Settings):
+    """How images are seen, part by part."""
+
+    eye: EyeSettings = EyeSettings()
+    vae: VAESettings = VAESettings()
+
+
 class Latents:
     """Sees images through a background and a VAE that both are learned from experience.
 

@@ -45,8 +45,8 @@ class Recording:
             a newer version.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: str | Path) -> None:
+        self.path = path = Path(path)
         with self._guard():
             self._file = open_hdf5(path, "r")
         try:
