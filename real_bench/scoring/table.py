@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rich import box
 from rich.console import Group
 from rich.table import Table
 
@@ -34,7 +35,7 @@ def score_table(result: Result) -> Group:
     told = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
     short = setting.trial_steps != TRIAL_STEPS
     length = f", trials of {setting.trial_steps:,} steps instead of {TRIAL_STEPS:,}" * short
-    table = Table()
+    table = _narrow_table()
     for number, heading in enumerate(score_headings()):
         table.add_column(heading, justify="right" if number else "left")
     for cells in score_rows(result):
@@ -48,9 +49,9 @@ def score_table(result: Result) -> Group:
 def comparison_table(comparison: Comparison) -> Group:
     """What A and B are together, in every metric, and a table of every goal."""
     over = interval_heading(OVER_GOALS)
-    sums = Table()
+    sums = _narrow_table()
     sums.add_column("metric")
-    for heading in ("A", "B", "A - B", over, "P(A better)", over):
+    for heading in ("A", "B", "A - B", over, "A better", over):
         sums.add_column(heading, justify="right")
     for name, metric in METRICS.items():
         found = comparison.metrics[name]
@@ -75,10 +76,15 @@ def comparison_table(comparison: Comparison) -> Group:
         table.add_row(goal.goals_sha256[:8], str(goal.goal), goal.challenge, *scores)
     repeats = "A {} and B {} repeats".format(*comparison.n_repeats)
     told = (
-        f"{repeats} on the same {len(comparison.goals)} goals. P(A better): on a goal, a tie "
-        "counting half. Intervals tell of other goals such as these, not of other plays."
+        f"{repeats} on the same {len(comparison.goals)} goals. A better: probability on a goal, a "
+        "tie counting half. Intervals tell of other goals such as these, not of other plays."
     )
     return Group(table, sums, told)
+
+
+def _narrow_table() -> Table:
+    """One whose numbers stay in one line on a terminal of 80 columns."""
+    return Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
 
 
 def _cells(row: ClassSummary, result: Result) -> list[str]:

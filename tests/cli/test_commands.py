@@ -72,7 +72,7 @@ def test_the_command_line_imports_nothing_heavy() -> None:
 
 def test_the_shortest_forms_make_a_score_table(workplace: Path) -> None:
     table = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite").stdout
-    for word in ("real_r", "REAL_OM", "builtin", "2D", "total", "95% interval"):
+    for word in ("real_r", "REAL_OM", "builtin", "2D", "total", "95% over goals"):
         assert word in table
 
 

@@ -29,7 +29,7 @@ def test_compare_takes_files_folders_and_patterns(folder: Path, near: str) -> No
     assert told["metrics"]["score"]["improvement"] == 1.0
     assert len(told["goals"]) == 4
     page = realbench(folder, "compare", near, "far.json").stdout
-    assert "P(A better)" in page
+    assert "A better" in page
     assert page.count("95% over goals") == 2
 
 
