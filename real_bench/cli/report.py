@@ -91,7 +91,7 @@ def _table(path: Path) -> Table:
     from real_bench.report import Table
 
     spec = read_spec(path)
-    rows = rows_of(spec, Agenda(spec, isolate=True))  # its controllers may be a stranger's
+    rows = rows_of(spec, Agenda(spec))
     return Table(
         title=spec.title,
         headings=HEADINGS,

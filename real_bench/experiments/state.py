@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from real_bench.errors import ControllerError, ExperimentError
 from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
-from real_bench.finding import is_defined_by
+from real_bench.finding import is_defined_by, is_installed
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import as_validated, merged
 
@@ -126,5 +126,7 @@ def _setting_misfits(task: Task, found: Mapping[str, Any]) -> list[str]:
     asked, found = (json.loads(json.dumps(values)) for values in (task.settings, found))
     if merged(found, asked) != found:
         with suppress(ControllerError):  # of one that is not here
-            asked = as_validated(task.settings_in_full(), asked)  # what was "50" may be 50 to it
+            # "50" may be 50 to it; who only looks runs no stranger's code outside walls
+            walled = task.model_copy(update={"isolate": not is_installed(task.controller)})
+            asked = as_validated(walled.settings_in_full(), asked)
     return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]
