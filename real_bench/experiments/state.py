@@ -13,7 +13,7 @@ from real_bench.experiments.tasks import PlayTask, ScoringTask, Task
 from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import as_validated, merged
-from real_bench.source import ControllerSource, is_code_of
+from real_bench.source import ControllerSource, is_code_of, is_installed
 
 
 @dataclass(frozen=True)
@@ -127,5 +127,7 @@ def _setting_misfits(task: Task, found: Mapping[str, Any]) -> list[str]:
     asked, found = (json.loads(json.dumps(values)) for values in (task.settings, found))
     if merged(found, asked) != found:
         with suppress(ControllerError):  # of one that is not here
-            asked = as_validated(task.settings_in_full(), asked)  # what was "50" may be 50 to it
+            # "50" may be 50 to it; who only looks runs no stranger's code outside walls
+            walled = task.model_copy(update={"isolate": not is_installed(task.controller)})
+            asked = as_validated(walled.settings_in_full(), asked)
     return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]

@@ -92,7 +92,7 @@ class RecordingVerification:
                 differences=replay.differences,
                 faults=tuple(faults),
                 notes=tuple(_notes(recording, parts)),
-                physics=replay.physics,
+                physics=replay.told_physics,
             )
 
     def _check_can_be_replayed(self, recording: Recording) -> None:
@@ -118,7 +118,8 @@ class _Replay:
     Attributes:
         n_actions, n_steps, n_states: how much has been replayed, and found as recorded.
         where, differences: the first state that differs; empty as long as there is none.
-        physics: of the part that was replayed last.
+        physics: of the part that is being replayed.
+        told_physics: of the first part that was made with other physics, if any.
     """
 
     def __init__(
@@ -130,7 +131,7 @@ class _Replay:
         self._images = _Images(recording) if images else None
         self.n_actions = self.n_steps = self.n_states = 0
         self._parts = iter(parts)
-        self.physics = parts[0]
+        self.physics = self.told_physics = parts[0]
         self.where = ""
         self.differences: tuple[Difference, ...] = ()
 
@@ -159,6 +160,8 @@ class _Replay:
     def _begin(self, state: int) -> Iterator[Difference]:
         """A fresh world: the scene's own, or after a cut as the state before was recorded."""
         self.physics = next(self._parts, self.physics)
+        if not self.told_physics.is_another:
+            self.told_physics = self.physics
         joints = self._states["joint_positions"]
         self._task.begin(
             object_poses=self._poses[state - 1] if state else None,

@@ -146,7 +146,8 @@ class RecordingVerdict:
         differences: between that state and the replayed one.
         faults: what in the file contradicts itself; where it cannot be replayed, it is not.
         notes: what could not be checked, or should be known.
-        physics: that its last part that was replayed was made with, and that of here.
+        physics: that it was made with, and that of here; of several parts, of the first that is
+            of other physics.
     """
 
     path: Path

@@ -29,12 +29,19 @@ from real_bench.scoring.result import load_result
 from real_bench.simulation import HOME, Scene, Simulation, simulation
 from real_bench.verification import RecordingVerification, ResultVerification
 from tests.cli.shell import realbench
-from tests.phases.conftest import guest
 from tests.recording.bench import ignore
 from tests.verification.conftest import forged
 
 OM = Condition.parse("OM")
-PUSHER = guest("series:Macros")
+PUSHER = """
+from real_bench.actions import Action
+from real_bench.controller import Controller
+
+class Pusher(Controller):
+    def next_action(self, observation):
+        x, y, _ = observation["object_positions"]["cube"]
+        return Action.macro([[x, min(y + 0.2, 0.5)], [x, max(y - 0.2, -0.5)]])
+"""
 GRAVITY = simulation.GRAVITY
 Elsewhere = Callable[[float], None]
 
@@ -56,13 +63,15 @@ def quietly(done: int, total: int) -> None:
 
 
 def result_of(scene: Scene, goals: GoalSet, out: Path, trial_steps: int = 2000) -> Path:
-    plan = TrialPlan(PUSHER, OM, scene, goals, 0, trial_steps)
+    (out.parent / "pusher.py").write_text(PUSHER)
+    plan = TrialPlan(str(out.parent / "pusher.py"), OM, scene, goals, 0, trial_steps)
     ExtrinsicPhase(plan, 2, out).run(ignore)
     return out
 
 
 def played(scene: Scene, out: Path, steps: int) -> Path:
-    phase = IntrinsicPhase(PUSHER, OM, 1, scene, steps, 0, out)
+    (out.parent / "pusher.py").write_text(PUSHER)
+    phase = IntrinsicPhase(str(out.parent / "pusher.py"), OM, 1, scene, steps, 0, out)
     phase.run(ignore, resume=True)
     return out
 
@@ -105,7 +114,7 @@ def test_recordings_and_results_keep_it(
 def test_a_result_of_other_physics_is_not_called_forged(
     builtin_scene: Scene, goals: GoalSet, goals_path: Path, tmp_path: Path, elsewhere: Elsewhere
 ) -> None:
-    elsewhere(1e-3)
+    elsewhere(0.05)
     there = physics.fingerprint()
     path = result_of(builtin_scene, goals, tmp_path / "score.json")
     elsewhere(0)
@@ -156,7 +165,7 @@ def test_a_recording_of_other_physics_is_not_called_forged(
 ) -> None:
     """Of three parts the second was played elsewhere."""
     run = tmp_path / "run.h5"
-    for more, steps in ((0, 1000), (1e-2, 3000), (0, 4000)):
+    for more, steps in ((0, 1000), (0.05, 3000), (0, 4000)):
         elsewhere(more)
         played(builtin_scene, run, steps)
     verdict = RecordingVerification(run).verify(quietly)
