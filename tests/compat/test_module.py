@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.actions import JointControl
 from real_bench.compat.official import OfficialActions
+from real_bench.controls.joints import JointControl
 from real_bench.simulation import Scene
 from tests.compat.conftest import RunScript
 
