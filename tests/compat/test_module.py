@@ -107,7 +107,7 @@ def test_a_script_that_evaluates(run_script: RunScript, official_scene: Scene) -
         refused,
         [
             "environment must be R1 or R2",
-            "action_type must be one of joints, cartesian, macro_action",
+            "action_type must be one of ",
             "extrinsic_trials must be 0 to 1, not 2",
             "1 object",
             "cannot read elsewhere.npz",
