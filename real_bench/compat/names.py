@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from real_bench.conditions import Condition
+from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
 
 LEVELS = {"R1": "O", "R2": "I"}
 """The rounds of the competition, and what is perceived in them."""
 
-ACTION_TYPES = {"joints": "J", "cartesian": "C", "macro_action": "M"}
+ACTION_TYPES = {control.official_name: letter for letter, control in CONTROLS.items()}
 
 
 def official_condition(environment: str, action_type: str) -> Condition:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.actions import JointControl
 from real_bench.compat.official import OfficialActions
+from real_bench.controls.joints import JointControl
 from real_bench.simulation import Scene
 from tests.compat.conftest import RunScript
 
@@ -107,7 +107,7 @@ def test_a_script_that_evaluates(run_script: RunScript, official_scene: Scene) -
         refused,
         [
             "environment must be R1 or R2",
-            "action_type must be one of joints, cartesian, macro_action",
+            "action_type must be one of ",
             "extrinsic_trials must be 0 to 1, not 2",
             "1 object",
             "cannot read elsewhere.npz",
