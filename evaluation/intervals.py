@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from real_bench.experiments import read_spec
-from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.scores import rows_of
 from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.scoring.metric import SCORE
@@ -114,7 +114,7 @@ def play_spreads() -> Iterator[tuple[str, int, int, float]]:
     the mean; negative where there is less variance than chance would make.
     """
     spec = read_spec(SPEC)
-    for row in rows_of(spec, Agenda(spec)):
+    for row in rows_of(spec, ExperimentPlan(spec)):
         if len(row.seeds) >= LEAST_PLAYS:
             values = by_goal([load_result(file) for file in row.files]).values(SCORE)
             n_plays, n_goals = values.shape

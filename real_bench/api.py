@@ -91,7 +91,7 @@ def run_intrinsic(
         out,
         resume=resume,
         settings=settings,
-        host=_host(isolate, [out]),
+        backend=_backend(isolate, [out]),
         controller=controller,
         condition=condition,
         objects=objects,
@@ -162,7 +162,7 @@ def run_extrinsic(
         scene=None if scene is None else str(scene),
         seed=seed,
         settings=settings,
-        host=_host(isolate, [Path(out), path, named]),
+        backend=_backend(isolate, [Path(out), path, named]),
         trial_steps=TRIAL_STEPS if trial_steps is None else trial_steps,
     )
     n_trials = len(plan.goal_set) if trials is None else trials
@@ -183,8 +183,8 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
     """
     from real_bench.errors import ExperimentError
     from real_bench.experiments import read_spec
+    from real_bench.experiments.job_state import in_short
     from real_bench.experiments.running import Experiment
-    from real_bench.experiments.state import in_short
 
     experiment = Experiment(read_spec(Path(spec)), jobs)
     if make:
@@ -260,21 +260,21 @@ def draw_figures(
     Raises:
         RealBenchError: a file is not what it should be.
     """
-    from real_bench.figures import FIGURES, Asked, read_material
+    from real_bench.figures import FIGURES, Asked, read_figure_data
 
-    material = read_material([*map(Path, recordings)], [*map(Path, results)], Asked())
+    material = read_figure_data([*map(Path, recordings)], [*map(Path, results)], Asked())
     drawn = {kind.name: kind.draw(material) for kind in FIGURES}
     return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
 
 
-def _host(isolate: bool, secrets: Sequence[Path | None]) -> Any:
+def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
     if not isolate:
-        from real_bench.phases.local import LocalHost
+        from real_bench.phases.local import LocalBackend
 
-        return LocalHost()
-    from real_bench.isolation import IsolatedHost
+        return LocalBackend()
+    from real_bench.sandbox import SandboxBackend
 
-    return IsolatedHost(tuple(path for path in secrets if path is not None))
+    return SandboxBackend(tuple(path for path in secrets if path is not None))
 
 
 def _several(results: Result | Sequence[Result]) -> list[Result]:

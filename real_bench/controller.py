@@ -50,9 +50,9 @@ from typing import Any, ClassVar
 from real_bench import settings
 from real_bench.actions import Action
 from real_bench.explanation import Explanation
-from real_bench.recording import Experience, State
+from real_bench.recording import ControllerState, Experience
 
-__all__ = ["Action", "BasePolicy", "Controller", "Experience", "Explanation", "State"]
+__all__ = ["Action", "BasePolicy", "Controller", "ControllerState", "Experience", "Explanation"]
 
 
 class BasePolicy:
@@ -133,11 +133,11 @@ class Controller(BasePolicy):
         So memories of what was seen need not be part of the state.
         """
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         """All that is needed to go on from here: generators, learned weights, counters."""
         return {}
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on from what :meth:`get_state` gave."""
 
     def use_experience(self, experience: Experience) -> None:

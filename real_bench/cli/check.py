@@ -17,7 +17,7 @@ from real_bench.cli import options
 
 if TYPE_CHECKING:
     from real_bench.phases.checking import Finding
-    from real_bench.phases.guest import Host
+    from real_bench.phases.proxy import ControllerBackend
 
 EPILOG = """\b
 Example:
@@ -55,33 +55,35 @@ def check(
     for each goal, and hands over its state unchanged: in our process, and isolated. Reads the
     options file of a starter kit, and prints the commands to use.
     """
-    from real_bench.isolation import IsolatedHost
-    from real_bench.isolation.view import view_of
     from real_bench.phases.checking import commands_to_use, official_options
-    from real_bench.phases.local import LocalHost
+    from real_bench.phases.local import LocalBackend
+    from real_bench.sandbox import SandboxBackend
+    from real_bench.sandbox.visible_files import visible_files
     from real_bench.settings import read_settings
     from real_bench.source import ControllerSource
 
     source = ControllerSource.of(controller)
     told = official_options(source.place) if source.file else official_options(Path())
-    hosts: dict[str, Host] = {} if isolated_only else {"here": LocalHost()}
-    hosts["isolated"] = IsolatedHost()
+    backends: dict[str, ControllerBackend] = {} if isolated_only else {"here": LocalBackend()}
+    backends["isolated"] = SandboxBackend()
     settings = read_settings(settings_file, assignments)
     asked = condition or told.condition
     found = {}
-    for name, host in hosts.items():
+    for name, backend in backends.items():
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
-            asked, found[name] = _tried(controller, asked, objects or told.objects, settings, host)
+            asked, found[name] = _tried(
+                controller, asked, objects or told.objects, settings, backend
+            )
     good = all(finding.good for findings in found.values() for finding in findings)
     commands = []
     if good and asked:
-        identity = next(iter(hosts.values())).identity(controller, settings)
+        identity = next(iter(backends.values())).identity(controller, settings)
         commands = [shlex.join(c) for c in commands_to_use(controller, identity, asked, told)]
     if as_json:
         facts = {name: [asdict(one) for one in findings] for name, findings in found.items()}
         click.echo(json.dumps({"good": good, **facts, "commands": commands}))
     else:
-        _show(found, view_of(source).withheld(), commands)
+        _show(found, visible_files(source).withheld(), commands)
     if not good:
         sys.exit(FAILED)
 
@@ -91,7 +93,7 @@ def _tried(
     condition: str | None,
     objects: int | None,
     settings: dict[str, Any],
-    host: Host,
+    backend: ControllerBackend,
 ) -> tuple[str, list[Finding]]:
     """What is found in a condition, or in the first one that the controller plays in."""
     from real_bench.conditions import CONDITION_NAMES, Condition
@@ -101,7 +103,12 @@ def _tried(
     tried = {}
     for name in (condition,) if condition else CONDITION_NAMES:
         one = ControllerCheck(
-            controller, Condition.parse(name), load_scene("builtin"), objects or 1, settings, host
+            controller,
+            Condition.parse(name),
+            load_scene("builtin"),
+            objects or 1,
+            settings,
+            backend,
         )
         tried[name] = list(one.findings())
         if all(finding.good for finding in tried[name]):

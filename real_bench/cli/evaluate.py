@@ -53,6 +53,6 @@ def evaluate(
     plan = plan_test_after(phase, goals, trial_steps)
     test = ExtrinsicPhase(plan, running.trials_asked(trials, plan, allow_part=True), out)
     check_output(out, overwrite=overwrite)
-    guest = running.play(phase, resume=False, overwrite=overwrite)
-    result = running.run_trials(test, resume=False, overwrite=overwrite, guest=guest)
+    proxy = running.play(phase, resume=False, overwrite=overwrite)
+    result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)
     running.show_result(result, out, as_json=as_json)

@@ -14,7 +14,7 @@ from real_bench.cli.printing import say
 from real_bench.errors import RealBenchError
 
 if TYPE_CHECKING:
-    from real_bench.figures import Asked, Material
+    from real_bench.figures import Asked, FigureData
 
 EPILOG = """\b
 Example:
@@ -81,15 +81,15 @@ def figures(
         _report(summary, out)
 
 
-def _read(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> Material:
+def _read(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> FigureData:
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.figures import read_material
+    from real_bench.figures import read_figure_data
 
     with ProgressDisplay("reading recordings", "recordings", len(recordings)) as display:
-        return read_material(recordings, results, asked, display.update)
+        return read_figure_data(recordings, results, asked, display.update)
 
 
-def _draw_all(material: Material, asked: Asked, out: Path) -> dict[str, Any]:
+def _draw_all(material: FigureData, asked: Asked, out: Path) -> dict[str, Any]:
     """Draw and write what can be drawn, and last of all the summary of it."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import FIGURES, facts

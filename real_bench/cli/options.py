@@ -14,7 +14,7 @@ from real_bench.cli.printing import say
 from real_bench.lengths import TRIAL_STEPS
 
 if TYPE_CHECKING:
-    from real_bench.phases.guest import Host
+    from real_bench.phases.proxy import ControllerBackend
 
 DEFAULT_RUN = Path("run.h5")  # as in phases/plans.py, which is not imported for a --help
 DEFAULT_RESULT = Path("score.json")
@@ -145,7 +145,7 @@ class Isolation:
     call_limit: float | None = None
     total_limit: float | None = None
 
-    def host(self, secrets: Iterable[Path | None]) -> Host:
+    def backend(self, secrets: Iterable[Path | None]) -> ControllerBackend:
         """Where the controller is to run; says on standard error what isolates it there.
 
         Args:
@@ -160,24 +160,26 @@ class Isolation:
         if not self.isolate:
             if asked:
                 raise click.UsageError("limits are for isolated controllers: use --isolate, too")
-            from real_bench.phases.local import LocalHost
+            from real_bench.phases.local import LocalBackend
 
-            return LocalHost()
-        from real_bench.isolation import IsolatedHost, Limits
+            return LocalBackend()
+        from real_bench.sandbox import Limits, SandboxBackend
 
-        host = IsolatedHost(tuple(path for path in secrets if path is not None), Limits(**asked))
-        tell_walls()
-        return host
+        backend = SandboxBackend(
+            tuple(path for path in secrets if path is not None), Limits(**asked)
+        )
+        say_sandbox()
+        return backend
 
 
 NOT_ISOLATED = Isolation()
 
 
-def tell_walls() -> None:
+def say_sandbox() -> None:
     """Say on standard error what isolates controllers here, and what is not enforced."""
-    from real_bench.isolation import found_walls
+    from real_bench.sandbox import sandbox_support
 
-    say(f"the controller is {found_walls().describe()}", err=True)
+    say(f"the controller is {sandbox_support().describe()}", err=True)
 
 
 def isolate_option(*, by_default: bool = False) -> Decorator:

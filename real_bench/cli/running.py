@@ -16,9 +16,9 @@ from real_bench.cli.printing import print_tables, say
 
 if TYPE_CHECKING:
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.guest import Guest
     from real_bench.phases.handover import Wanted
     from real_bench.phases.intrinsic import IntrinsicPhase
+    from real_bench.phases.proxy import ControllerProxy
     from real_bench.phases.trial import TrialPlan
     from real_bench.scoring.result import Result
 
@@ -41,11 +41,11 @@ def plan_of(
     from real_bench.settings import read_settings
 
     settings = read_settings(settings_file, assignments)
-    host = isolation.host([out, *secrets])
-    return plan_play(out, resume=resume, settings=settings, host=host, **given)
+    backend = isolation.backend([out, *secrets])
+    return plan_play(out, resume=resume, settings=settings, backend=backend, **given)
 
 
-def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> Guest:
+def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerProxy:
     """Run the phase with progress shown."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.phases.intrinsic import Progress
@@ -98,7 +98,7 @@ def result_of(
         run=run,
         goals=goals,
         settings=read_settings(settings_file, assignments),
-        host=isolation.host(written),
+        backend=isolation.backend(written),
         videos=video,
         pictures=pictures,
         explanations=explain,
@@ -124,7 +124,7 @@ def trials_asked(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> in
 
 
 def run_trials(
-    phase: ExtrinsicPhase, *, resume: bool, overwrite: bool, guest: Guest | None = None
+    phase: ExtrinsicPhase, *, resume: bool, overwrite: bool, proxy: ControllerProxy | None = None
 ) -> Result:
     """Run the phase with progress shown."""
     from real_bench.cli.progress import ProgressDisplay
@@ -136,7 +136,7 @@ def run_trials(
             display.update(len(result.trials), f"score {result.score:.3f}")
 
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
-            return phase.run(report, resume=resume, overwrite=overwrite, guest=guest)
+            return phase.run(report, resume=resume, overwrite=overwrite, proxy=proxy)
 
 
 def show_result(result: Result, out: Path, *, as_json: bool) -> None:

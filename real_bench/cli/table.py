@@ -14,7 +14,7 @@ from real_bench.errors import ExperimentError
 
 if TYPE_CHECKING:
     from real_bench.experiments import Spec
-    from real_bench.experiments.agenda import Work
+    from real_bench.experiments.plan import PendingJobs
     from real_bench.experiments.running import Experiment
     from real_bench.experiments.scores import Row
 
@@ -33,8 +33,8 @@ NAMES_SHOWN = 2
 @click.option(
     "--run/--no-run", default=None, help="Make what is missing. [default: as the SPEC says]"
 )
-@click.option("--jobs", type=click.IntRange(min=1), help="Tasks at once. [default: one a core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Do the tasks on this Dask cluster.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one a core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Do the jobs on this Dask cluster.")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option(
     "--resume",
@@ -62,13 +62,13 @@ def table(
     plug): the same command goes on, and ends in the same table to the last digit.
     """
     from real_bench.experiments import read_spec
+    from real_bench.experiments.job_state import in_short
     from real_bench.experiments.running import Experiment
-    from real_bench.experiments.state import in_short
 
     experiment = Experiment(read_spec(spec), jobs, scheduler, isolate)
     wanted = experiment.spec.run if run is None else run
     if isolate:
-        options.tell_walls()
+        options.say_sandbox()
     failures: dict[str, str] = {}
     if wanted:
         with experiment.own_folder():
@@ -83,10 +83,10 @@ def table(
         _tell_missing(experiment.missing(), spec)
 
 
-def _make(experiment: Experiment, work: Work) -> dict[str, str]:
-    """Have the work done, with progress shown; gives why tasks were not done, by name."""
+def _make(experiment: Experiment, work: PendingJobs) -> dict[str, str]:
+    """Have the work done, with progress shown; gives why jobs were not done, by name."""
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.experiments.crew import Standing
+    from real_bench.experiments.scheduler import ExperimentProgress
 
     say(
         f"{len(work.plays)} plays and {len(work.scorings)} tests to do, "
@@ -95,14 +95,14 @@ def _make(experiment: Experiment, work: Work) -> dict[str, str]:
     )
     with ProgressDisplay("simulating", "steps", work.n_steps) as display:
 
-        def update(standing: Standing) -> None:
-            now = ", ".join(standing.running[:NAMES_SHOWN])
-            more = len(standing.running) - NAMES_SHOWN
+        def update(progress: ExperimentProgress) -> None:
+            now = ", ".join(progress.running[:NAMES_SHOWN])
+            more = len(progress.running) - NAMES_SHOWN
             doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
-            if standing.waits_for:
-                doing = f"waiting for {standing.waits_for}"
-            told = f"{standing.n_tasks} of {len(work)} tasks done, {doing}"
-            display.update(standing.n_steps, told)
+            if progress.waits_for:
+                doing = f"waiting for {progress.waits_for}"
+            told = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
+            display.update(progress.n_steps, told)
 
         return experiment.make(work, update)
 
@@ -120,7 +120,7 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
         say(draw(spec, rows))
 
 
-def _tell_missing(work: Work, spec: Path) -> None:
+def _tell_missing(work: PendingJobs, spec: Path) -> None:
     if len(work):
         say(
             f"not made: {len(work.plays)} plays and {len(work.scorings)} tests, {work.n_steps:,} "

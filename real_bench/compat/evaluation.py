@@ -13,7 +13,7 @@ from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
-    from real_bench.phases.guest import Guest
+    from real_bench.phases.proxy import ControllerProxy
     from real_bench.simulation.scene import Scene
     from real_bench.task import Task
 
@@ -61,7 +61,7 @@ def evaluate(
     """
     from real_bench.compat.class_source import ClassSource
     from real_bench.compat.names import official_condition
-    from real_bench.phases.local import LocalGuest
+    from real_bench.phases.local import LocalProxy
     from real_bench.simulation import load_scene
     from real_bench.task import Task
 
@@ -73,10 +73,10 @@ def evaluate(
     goals = _goals(Path(goals_dataset_path), scene, n_objects, extrinsic_trials)
     task = Task(scene, condition, n_objects, gui=visualize)
     try:
-        guest = LocalGuest(ClassSource.of_class(Controller), Controller, {}, task)
-        guest.seed(SEED)
-        _play(guest, task, int(intrinsic_timesteps))
-        return _tested(guest, task, goals, int(extrinsic_timesteps), extrinsic_trials)
+        proxy = LocalProxy(ClassSource.of_class(Controller), Controller, {}, task)
+        proxy.seed(SEED)
+        _play(proxy, task, int(intrinsic_timesteps))
+        return _tested(proxy, task, goals, int(extrinsic_timesteps), extrinsic_trials)
     finally:
         task.close()
 
@@ -99,33 +99,33 @@ def _goals(path: Path, scene: Scene, n_objects: int, n_trials: int) -> GoalSet |
     return goals
 
 
-def _play(guest: Guest, task: Task, n_steps: int) -> None:
+def _play(proxy: ControllerProxy, task: Task, n_steps: int) -> None:
     from real_bench.phases.player import at_play
 
     if n_steps == 0:
         return
     task.begin()
-    guest.call("start_intrinsic_phase")
-    player = at_play(guest, task)
+    proxy.call("start_intrinsic_phase")
+    player = at_play(proxy, task)
     while task.n_steps < n_steps:
         player.play(n_steps - task.n_steps)
-    guest.call("end_intrinsic_phase", player.look(), 0, True)
+    proxy.call("end_intrinsic_phase", player.look(), 0, True)
 
 
 def _tested(
-    guest: Guest, task: Task, goals: GoalSet | None, trial_steps: int, n_trials: int
+    proxy: ControllerProxy, task: Task, goals: GoalSet | None, trial_steps: int, n_trials: int
 ) -> Scores:
     from real_bench.phases.trial import TrialMaker, TrialPlan
 
     scores: dict[str, list[float]] = {}
     if goals is None:
-        guest.call("start_extrinsic_phase")
-        guest.call("end_extrinsic_phase")
-        guest.close()
+        proxy.call("start_extrinsic_phase")
+        proxy.call("end_extrinsic_phase")
+        proxy.close()
     else:
-        scene, name = task.simulation.scene, guest.spec
+        scene, name = task.simulation.scene, proxy.spec
         plan = TrialPlan(name, task.condition, scene, goals, SEED, trial_steps)
-        maker = TrialMaker(plan, guest, task=task)
+        maker = TrialMaker(plan, proxy, task=task)
         try:
             for number in range(n_trials):
                 trial, _ = maker.make(number)

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from real_bench.errors import Interrupted
-from real_bench.experiments.agenda import Agenda, Work
-from real_bench.experiments.crew import Crew, Standing
+from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import Processes
+from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
 from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.spec import Spec
 from real_bench.files import OutputError
@@ -22,7 +22,7 @@ from real_bench.source import ControllerSource
 
 log = logging.getLogger(__name__)
 
-Update = Callable[[Standing], None]
+Update = Callable[[ExperimentProgress], None]
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class Experiment:
 
     Attributes:
         spec: what it is.
-        jobs: how many tasks at once; as many as there are cores where None.
+        n_at_once: how many jobs at once; as many as there are cores where None.
         scheduler: the address of a Dask scheduler; processes of this machine where None.
         isolate: whether controllers that are not installed are isolated.
     """
 
     spec: Spec
-    jobs: int | None = None
+    n_at_once: int | None = None
     scheduler: str | None = None
     isolate: bool = False
 
@@ -49,27 +49,29 @@ class Experiment:
         """
         self._check_controllers()
         load_scene(self.spec.scene_source)  # whether it is installed
-        for name in Agenda(self.spec).draw_goals():
+        for name in ExperimentPlan(self.spec).draw_goals():
             log.info("drawing %s", name)
         self._check_goals()
 
-    def missing(self, *, go_on: bool = False, overwrite: bool = False) -> Work:
+    def missing(self, *, go_on: bool = False, overwrite: bool = False) -> PendingJobs:
         """The plays and tests that are not there yet.
 
         Args:
             go_on: go on with plays that were cut, which are then not bit for bit the same.
             overwrite: make anew what is there and is not of this experiment.
         """
-        return Agenda(self.spec, isolate=self.isolate).left(go_on=go_on, overwrite=overwrite)
+        return ExperimentPlan(self.spec, isolate=self.isolate).left(
+            go_on=go_on, overwrite=overwrite
+        )
 
-    def make(self, work: Work, update: Update) -> dict[str, str]:
-        """Have it done; gives why tasks were not, by name.
+    def make(self, work: PendingJobs, update: Update) -> dict[str, str]:
+        """Have it done; gives why jobs were not, by name.
 
         Raises:
             Interrupted: the user stopped it.
         """
         try:
-            return self._crew().do(work, update)
+            return self._scheduler().do(work, update)
         except KeyboardInterrupt as error:
             raise Interrupted(
                 "stopped; what is finished is kept: repeat the command to go on"
@@ -77,7 +79,7 @@ class Experiment:
 
     def rows(self) -> list[Row]:
         """The table, as far as it is made; raises ExperimentError."""
-        return rows_of(self.spec, Agenda(self.spec, isolate=self.isolate))
+        return rows_of(self.spec, ExperimentPlan(self.spec, isolate=self.isolate))
 
     @contextlib.contextmanager
     def own_folder(self) -> Iterator[None]:
@@ -95,7 +97,7 @@ class Experiment:
         played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
         for named in {*played, *(cell.controller for cell in spec.cells)}:
             ControllerSource.of(spec.controller(named)).code_files()
-        Agenda(spec, isolate=self.isolate).check_settings()
+        ExperimentPlan(spec, isolate=self.isolate).check_settings()
 
     def _check_goals(self) -> None:
         spec = self.spec
@@ -104,11 +106,11 @@ class Experiment:
         for name, objects in sorted(goals):
             load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
 
-    def _crew(self) -> Crew:
-        """Who does the tasks: processes here, or a cluster."""
+    def _scheduler(self) -> JobScheduler:
+        """Who does the jobs: processes here, or a cluster."""
         if self.scheduler is None:
-            jobs = self.jobs or os.cpu_count() or 1
-            return Crew(Processes(self.spec.results_folder / "logs"), jobs)
+            n_at_once = self.n_at_once or os.cpu_count() or 1
+            return JobScheduler(Processes(self.spec.results_folder / "logs"), n_at_once)
         from real_bench.experiments.cluster import AT_ONCE, Cluster
 
-        return Crew(Cluster(self.scheduler), self.jobs or AT_ONCE)
+        return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)

@@ -9,10 +9,10 @@ from typing import Any
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
-from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.job_state import not_of_this, refusal
+from real_bench.experiments.jobs import ScoringJob
+from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.spec import Cell, Spec
-from real_bench.experiments.state import not_of_this, refusal
-from real_bench.experiments.tasks import ScoringTask
 from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.physics import physics_of
@@ -78,7 +78,7 @@ class Row:
         }
 
 
-def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
+def rows_of(spec: Spec, plan: ExperimentPlan) -> list[Row]:
     """One row a cell.
 
     Only what is of the same scene, goals, lengths and settings stands in one table; a repeat counts
@@ -88,22 +88,22 @@ def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
         ExperimentError: results are not as the experiment says, or do not belong together.
     """
     alike = _Alike()
-    return [_row(spec, agenda, cell, alike) for cell in spec.cells]
+    return [_row(spec, plan, cell, alike) for cell in spec.cells]
 
 
-def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
+def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
     seeds: list[int] = []
     files: list[Path] = []
     results: list[Result] = []
     for seed in spec.seeds(cell):
-        repeat = list(_finished(agenda, agenda.scorings(cell, seed)))
+        repeat = list(_finished(plan, plan.scorings(cell, seed)))
         if len(repeat) < len(spec.goal_names(cell)):
             continue
-        for task, result in repeat:
-            alike.check(cell, task, result)
+        for job, result in repeat:
+            alike.check(cell, job, result)
         results += [result for _, result in repeat]
         seeds.append(seed)
-        files += [task.out for task, _ in repeat]
+        files += [job.out for job, _ in repeat]
     table = by_goal(results) if results else None
     summary = summarise_repeats(table) if table else None
     version = results[0].setting.control_version if results else None  # all are alike
@@ -134,13 +134,15 @@ def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterato
         yield f"trials of {spec.trial_steps:,} steps instead of {TRIAL_STEPS:,}"
 
 
-def _finished(agenda: Agenda, tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:
-    for task in tasks:
-        state = agenda.state(task)
+def _finished(
+    plan: ExperimentPlan, jobs: Sequence[ScoringJob]
+) -> Iterator[tuple[ScoringJob, Result]]:
+    for job in jobs:
+        state = plan.state(job)
         if state.misfits:
-            raise refusal([not_of_this(task, state.misfits)])
+            raise refusal([not_of_this(job, state.misfits)])
         if state.result and state.reached == "done":
-            yield task, state.result
+            yield job, state.result
 
 
 class _Alike:
@@ -149,17 +151,17 @@ class _Alike:
     def __init__(self) -> None:
         self._seen: dict[tuple[str, ...], tuple[Any, Path]] = {}
 
-    def check(self, cell: Cell, task: ScoringTask, result: Result) -> None:
+    def check(self, cell: Cell, job: ScoringJob, result: Result) -> None:
         """Raise ExperimentError where a result is of another scene, goals or settings."""
         setting = result.setting
-        self._same(task, setting.scene_sha256, "scenes")
-        self._same(task, setting.goals_sha256, "goals", task.goals.name)
-        self._same(task, setting.control_version, "versions of its control", cell.name)
-        self._same(task, setting.settings, "settings", cell.name)
+        self._same(job, setting.scene_sha256, "scenes")
+        self._same(job, setting.goals_sha256, "goals", job.goals.name)
+        self._same(job, setting.control_version, "versions of its control", cell.name)
+        self._same(job, setting.settings, "settings", cell.name)
 
-    def _same(self, task: ScoringTask, value: Any, what: str, *of: str) -> None:
-        first, file = self._seen.setdefault((what, *of), (value, task.out))
+    def _same(self, job: ScoringJob, value: Any, what: str, *of: str) -> None:
+        first, file = self._seen.setdefault((what, *of), (value, job.out))
         if value != first:
             raise ExperimentError(
-                f"{task.out.name} and {file.name} are of different {what}, which are never averaged"
+                f"{job.out.name} and {file.name} are of different {what}, which are never averaged"
             )

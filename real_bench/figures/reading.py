@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from real_bench.figures.material import Material
+from real_bench.figures.data import FigureData
 from real_bench.figures.played import Asked, Play, play_labels, read_play
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
@@ -16,12 +16,12 @@ Progress = Callable[[int, str], None]
 log = logging.getLogger(__name__)
 
 
-def read_material(
+def read_figure_data(
     recordings: Sequence[Path],
     results: Sequence[Path],
     asked: Asked,
     progress: Progress = lambda done, name: None,
-) -> Material:
+) -> FigureData:
     """What figures are made of; raises RealBenchError.
 
     Args:
@@ -35,7 +35,7 @@ def read_material(
     for file, label in zip(recordings, play_labels(recordings), strict=True):
         progress(len(plays), file.name)
         plays.append(read_play(file, label, asked))
-    return Material(tuple(plays), tested)
+    return FigureData(tuple(plays), tested)
 
 
 def _finished(tested: Sequence[Tested]) -> tuple[Tested, ...]:

@@ -16,7 +16,7 @@ from real_bench.goal_sets.goal import CHALLENGES
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
     from real_bench.figures.tested import Series
 
 PANEL_HEIGHT_CM = 4.4
@@ -24,7 +24,7 @@ SPREAD = 0.5
 """How much of a goal's place on the x axis its scores take."""
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """A panel a controller, its conditions side by side; after the longest play of each."""
     shown = _longest(material.series)
     if not shown:

@@ -12,13 +12,13 @@ from real_bench.figures.drawing import Column, Drawing, Numbers
 from real_bench.scoring.statistics import OVER_GOALS, goals_interval, interval_heading
 
 if TYPE_CHECKING:
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
     from real_bench.figures.tested import Series
 
 HEIGHT_CM = 5.6
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """A line a controller and condition that was tested after different lengths of play.
 
     Bars are 95% intervals over goals.

@@ -13,8 +13,8 @@ import numpy as np
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
-from real_bench.phases.guest import Guest, Host, Identity
 from real_bench.phases.player import at_play
+from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
 from real_bench.recording.state import restore_state, strip_state
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
@@ -46,7 +46,7 @@ class ControllerCheck:
         controller: name, ``module:Class`` or file.
         condition, scene, objects: what it is made for.
         settings: values for its settings.
-        host: where it runs.
+        backend: where it runs.
     """
 
     controller: str
@@ -54,12 +54,12 @@ class ControllerCheck:
     scene: Scene
     objects: int
     settings: Mapping[str, Any]
-    host: Host
+    backend: ControllerBackend
 
     def findings(self) -> Iterator[Finding]:
         """Try one thing after the other, up to the first that goes wrong."""
         try:
-            identity = self.host.identity(self.controller, self.settings)
+            identity = self.backend.identity(self.controller, self.settings)
             yield Finding("loads", True, f"{identity}, {_level(identity)}")
             with closing(Task(self.scene, self.condition, self.objects)) as task:
                 yield from self._at_work(task, identity)
@@ -67,21 +67,21 @@ class ControllerCheck:
             yield Finding("fails", False, str(error))
 
     def _at_work(self, task: Task, identity: Identity) -> Iterator[Finding]:
-        with self._guest(task) as guest:
+        with self._proxy(task) as proxy:
             yield Finding("is made", True, f"for {self.condition.name}")
-            guest.seed(SEED)
+            proxy.seed(SEED)
             task.begin()
-            guest.call("start_intrinsic_phase")
-            first = at_play(guest, task).play(N_STEPS)
+            proxy.call("start_intrinsic_phase")
+            first = at_play(proxy, task).play(N_STEPS)
             yield Finding("plays", True, f"{first.duration} steps")
             if identity.learns_across_trials:
                 yield Finding("copies", True, "not needed: it meets all goals in order")
             else:
-                guest.copy().close()
+                proxy.copy().close()
                 yield Finding("copies", True, "each goal meets a copy of its own")
-            yield self._state(task, guest, identity)
+            yield self._state(task, proxy, identity)
 
-    def _state(self, task: Task, guest: Guest, identity: Identity) -> Finding:
+    def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
         if not identity.hands_over_state:
             how = (
                 "learns from the recording"
@@ -89,8 +89,8 @@ class ControllerCheck:
                 else "hands none over"
             )
             return Finding("state", True, how)
-        structure, arrays = strip_state(guest.get_state())
-        with self._guest(task) as other:
+        structure, arrays = strip_state(proxy.get_state())
+        with self._proxy(task) as other:
             other.set_state(restore_state(structure, lambda number: arrays[number]))
             again, others = strip_state(other.get_state())
         same = structure == again and all(map(np.array_equal, arrays, others))
@@ -98,9 +98,9 @@ class ControllerCheck:
         return Finding("state", same, told)
 
     @contextmanager
-    def _guest(self, task: Task) -> Iterator[Guest]:
-        with closing(self.host.guest(self.controller, self.settings, task)) as guest:
-            yield guest
+    def _proxy(self, task: Task) -> Iterator[ControllerProxy]:
+        with closing(self.backend.proxy(self.controller, self.settings, task)) as proxy:
+            yield proxy
 
 
 def _level(identity: Identity) -> str:

@@ -20,7 +20,7 @@ from real_bench.explanation import Explanation
 from real_bench.files import write_whole
 from real_bench.goal_sets import Goal
 from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
-from real_bench.phases.guest import Guest, fault
+from real_bench.phases.proxy import ControllerProxy, fault
 from real_bench.task import Task
 
 if TYPE_CHECKING:
@@ -86,14 +86,14 @@ class Explainer:
         self._decisions: list[Decision] = []
 
     @contextmanager
-    def decision(self, guest: Guest) -> Iterator[None]:
+    def decision(self, proxy: ControllerProxy) -> Iterator[None]:
         """Note a decision, made and carried out inside of it."""
         image, before = self._task.simulation.image().retina, self._positions()
         yield
-        explanation = guest.explain() or Explanation("not explained", {})
+        explanation = proxy.explain() or Explanation("not explained", {})
         expected = explanation.positions
         if expected is not None and expected.shape[1] != len(before):
-            raise fault(guest, f"explain() gives positions of {expected.shape[1]} objects")
+            raise fault(proxy, f"explain() gives positions of {expected.shape[1]} objects")
         self._decisions.append(Decision(explanation, image, before, self._positions()))
 
     def save(self, folder: Path, name: str) -> None:

@@ -12,8 +12,8 @@ from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.locks import write_lock
-from real_bench.phases.guest import Guest, Identity
 from real_bench.phases.handover import NOTHING, Handover
+from real_bench.phases.proxy import ControllerProxy, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
@@ -21,7 +21,7 @@ from real_bench.recording import Recording, run_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 
-Report = Callable[[Result], None]
+OnTrial = Callable[[Result], None]
 
 log = logging.getLogger(__name__)
 
@@ -60,11 +60,11 @@ class ExtrinsicPhase:
 
     def run(
         self,
-        report: Report,
+        report: OnTrial,
         *,
         resume: bool = False,
         overwrite: bool = False,
-        guest: Guest | None = None,
+        proxy: ControllerProxy | None = None,
     ) -> Result:
         """Test every goal; the result file is written anew after each.
 
@@ -72,7 +72,7 @@ class ExtrinsicPhase:
             report: told of the result so far, after every trial.
             resume: go on with the result file where there is one.
             overwrite: replace the result file where there is one.
-            guest: the controller as an intrinsic phase in this process left it.
+            proxy: the controller as an intrinsic phase in this process left it.
 
         Raises:
             Interrupted: the user stopped it; ``resume`` goes on.
@@ -83,19 +83,19 @@ class ExtrinsicPhase:
         self.plan.check_outputs()
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
-            remedy = "--overwrite" if guest else "--resume or --overwrite"
+            remedy = "--overwrite" if proxy else "--resume or --overwrite"
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
-            identity = self._identity() if guest is None else guest.identity
-            given = self.plan.handover(identity) if guest is None else NOTHING
+            identity = self._identity() if proxy is None else proxy.identity
+            given = self.plan.handover(identity) if proxy is None else NOTHING
             result = self._begun(identity, given.learned, resume)
-            for trial, seconds in self._trials(identity, result, guest, given, stop):
+            for trial, seconds in self._trials(identity, result, proxy, given, stop):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
         if not result.is_finished:
             raise Interrupted(
                 f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
-                f"{self.out}{'' if guest else ': repeat the command with --resume'}"
+                f"{self.out}{'' if proxy else ': repeat the command with --resume'}"
             )
         return result
 
@@ -105,7 +105,7 @@ class ExtrinsicPhase:
         return goals_in_proportion(self.plan.goal_set.classes, self.n_trials)
 
     def _identity(self) -> Identity:
-        identity = self.plan.host.identity(self.plan.controller, self.plan.settings)
+        identity = self.plan.backend.identity(self.plan.controller, self.plan.settings)
         log.info("controller: %s", identity)
         return identity
 
@@ -140,7 +140,7 @@ class ExtrinsicPhase:
         self,
         identity: Identity,
         result: Result,
-        guest: Guest | None,
+        proxy: ControllerProxy | None,
         given: Handover,
         stop: StopRequest,
     ) -> Iterator[tuple[TrialResult, float]]:
@@ -148,13 +148,13 @@ class ExtrinsicPhase:
         left = [number for number in self.goal_numbers if number not in done]
         if not left:
             return
-        if self.jobs > 1 and guest is None and not identity.learns_across_trials:
+        if self.jobs > 1 and proxy is None and not identity.learns_across_trials:
             jobs = min(self.jobs, len(left))
             yield from in_processes(
                 partial(_maker, self.plan, given), left, jobs, stop, LOST_WORKER
             )
             return
-        maker = TrialMaker(self.plan, guest, given)
+        maker = TrialMaker(self.plan, proxy, given)
         try:
             if maker.in_order and done:
                 raise ResultError(

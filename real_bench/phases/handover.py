@@ -10,8 +10,8 @@ from typing import Literal
 
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerError
-from real_bench.phases.guest import Identity
-from real_bench.recording import Header, Recording, State
+from real_bench.phases.proxy import Identity
+from real_bench.recording import ControllerState, Header, Recording
 from real_bench.scoring.result import Learned
 from real_bench.settings import dotted
 from real_bench.source import ControllerSource, is_code_of, resolved
@@ -30,7 +30,7 @@ class Handover:
         learned: the code and settings that made the state; None where there is no state.
     """
 
-    state: State = field(default_factory=dict)
+    state: ControllerState = field(default_factory=dict)
     files: Mapping[str, bytes] = field(default_factory=dict)
     learned: Learned | None = None
 

@@ -26,8 +26,8 @@ from real_bench.finding import (
 )
 from real_bench.independence import shared_through
 from real_bench.observation import Observation
-from real_bench.phases.guest import NO_FILES, Identity, Terms, fault
-from real_bench.recording import Experience, State
+from real_bench.phases.proxy import NO_FILES, Identity, Terms, fault
+from real_bench.recording import ControllerState, Experience
 from real_bench.settings import check_settings, settings_in_full
 from real_bench.source import ControllerSource
 
@@ -39,27 +39,27 @@ OFFICIAL_HOOKS = frozenset(
 """The hooks of the official class API; those of ours are for classes derived from Controller."""
 
 
-class LocalHost:
+class LocalBackend:
     """Has controllers in our own process, with all that it can reach."""
 
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
         return identify(find_controller(spec), ControllerSource.of(spec), settings)
 
-    def guest(
+    def proxy(
         self,
         spec: str,
         settings: Mapping[str, Any],
         task: Terms,
         files: Mapping[str, bytes] = NO_FILES,
-    ) -> LocalGuest:
+    ) -> LocalProxy:
         """The controller, made; raises ControllerError."""
         if files:
             raise ControllerError(
                 f"controller {spec}: it played in isolation and wrote {', '.join(sorted(files))} "
                 "there: use --isolate, so that it finds that again"
             )
-        return LocalGuest(ControllerSource.of(spec), find_controller(spec), settings, task)
+        return LocalProxy(ControllerSource.of(spec), find_controller(spec), settings, task)
 
 
 def identify(
@@ -79,7 +79,7 @@ def identify(
     )
 
 
-class LocalGuest:
+class LocalProxy:
     """A controller with its errors turned into ours, and missing hooks into nothing.
 
     Args:
@@ -153,7 +153,7 @@ class LocalGuest:
             where = blame(error, self._place)
             raise fault(self, f"step() returned a bad action: {where}") from error
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         """What the controller hands over, its own copy."""
         state = self.call("get_state")
         if state is None:  # a class of its own, without the method
@@ -163,9 +163,9 @@ class LocalGuest:
                 f"controller {self.spec}: get_state() must return a dict, "
                 f"not {type(state).__name__}"
             )
-        return cast(State, self._guarded(copy.deepcopy, state))
+        return cast(ControllerState, self._guarded(copy.deepcopy, state))
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on from a state; an empty one is none."""
         if not state:
             return
@@ -188,7 +188,7 @@ class LocalGuest:
         """It writes where the user is, and finds that again by itself."""
         return {}
 
-    def copy(self) -> LocalGuest:
+    def copy(self) -> LocalProxy:
         """An independent copy of the controller as it is now."""
         if name := shared_through(self._controller, self._place):
             raise fault(

@@ -11,9 +11,9 @@ from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, RecordingError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.phases.guest import Host
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.phases.local import LocalHost
+from real_bench.phases.local import LocalBackend
+from real_bench.phases.proxy import ControllerBackend
 from real_bench.phases.trial import TrialPlan
 from real_bench.recording import Header, Recording
 from real_bench.settings import Values, merged
@@ -43,7 +43,7 @@ def plan_play(
     *,
     resume: bool = False,
     settings: Mapping[str, Any] | None = None,
-    host: Host | None = None,
+    backend: ControllerBackend | None = None,
     **given: Any,
 ) -> IntrinsicPhase:
     """An intrinsic phase; what is None or left out is the recording's, or a new run's default.
@@ -52,24 +52,24 @@ def plan_play(
         out: the recording.
         resume: take from the recording, where there is one, what is left out.
         settings: values for the controller's settings, above those of the recording.
-        host: where the controller runs; our own process unless told otherwise.
+        backend: where the controller runs; our own process unless told otherwise.
         **given: ``controller``, ``condition``, ``objects``, ``scene``, ``steps``, ``seed``,
             ``images``.
 
     Raises:
         RealBenchError: there is no controller, or something does not exist.
     """
-    host = host or LocalHost()
+    backend = backend or LocalBackend()
     known = NEW_RUN
     if resume and out.exists():
-        known = _recorded(out, given.get("controller"), host)
+        known = _recorded(out, given.get("controller"), backend)
     chosen = {**known, **{key: value for key, value in given.items() if value is not None}}
     if chosen["controller"] is None:
         raise RealBenchError("a controller is missing (try --controller real_r)")
     chosen["settings"] = merged(known["settings"], settings or {})
     chosen["condition"] = Condition.parse(chosen["condition"])
     chosen["scene"] = load_scene(chosen["scene"])
-    return IntrinsicPhase(out=out, host=host, **chosen)
+    return IntrinsicPhase(out=out, backend=backend, **chosen)
 
 
 def plan_test(
@@ -83,7 +83,7 @@ def plan_test(
     scene: str | None = None,
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
-    host: Host | None = None,
+    backend: ControllerBackend | None = None,
     trial_steps: int = TRIAL_STEPS,
     **options: Any,
 ) -> TrialPlan:
@@ -99,7 +99,7 @@ def plan_test(
         scene: its name or manifest; the recording's, or ``official``.
         seed: of the test; the recording's, or 0.
         settings: values for the controller's settings, above those of the recording.
-        host: where the controller runs; our own process unless told otherwise.
+        backend: where the controller runs; our own process unless told otherwise.
         trial_steps: length of a trial.
         **options: ``videos``, ``pictures``, ``explanations``, ``wanted`` of a
             :class:`~real_bench.phases.trial.TrialPlan`.
@@ -108,7 +108,7 @@ def plan_test(
         RealBenchError: there is no controller, the recording does not fit, or something does not
             exist.
     """
-    host = host or LocalHost()
+    backend = backend or LocalBackend()
     path, header = _found(run, optional=controller is not None)
     given = goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
     known = header.objects if header else given.n_objects if given else 1
@@ -139,8 +139,8 @@ def plan_test(
         trial_steps=trial_steps,
         run=path,
         run_steps=run_steps,
-        settings=merged(recorded_settings(header, controller, host), settings or {}),
-        host=host,
+        settings=merged(recorded_settings(header, controller, backend), settings or {}),
+        backend=backend,
         **options,
     )
 
@@ -159,7 +159,7 @@ def plan_test_after(
         trial_steps=trial_steps,
         run=phase.out,
         settings=phase.settings,
-        host=phase.host,
+        backend=phase.backend,
     )
 
 
@@ -170,16 +170,18 @@ def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalS
     return goal_set
 
 
-def recorded_settings(header: Header | None, controller: str | None, host: Host) -> Values:
+def recorded_settings(
+    header: Header | None, controller: str | None, backend: ControllerBackend
+) -> Values:
     """The settings that a run was played with, if its controller is the one that is asked for."""
     if header is None or controller is None:
         return header.settings if header else {}
-    one = host.identity(controller, None)
+    one = backend.identity(controller, None)
     same = header.is_of(resolved(controller), one.code_sha256, one.class_name)
     return header.settings if same else {}
 
 
-def _recorded(path: Path, controller: str | None, host: Host) -> dict[str, Any]:
+def _recorded(path: Path, controller: str | None, backend: ControllerBackend) -> dict[str, Any]:
     """What a recording was made with; settings only for its own controller."""
     with Recording(path) as recording:
         header = recording.header
@@ -191,7 +193,7 @@ def _recorded(path: Path, controller: str | None, host: Host) -> dict[str, Any]:
             "steps": recording.total_steps,
             "seed": header.seed,
             "images": header.images,
-            "settings": recorded_settings(header, controller, host),
+            "settings": recorded_settings(header, controller, backend),
         }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command
 from real_bench.observation import Observation
-from real_bench.phases.guest import Guest
+from real_bench.phases.proxy import ControllerProxy
 from real_bench.task import Task
 
 
@@ -22,21 +22,21 @@ class Player(Protocol):
         """What is seen now; of one called at every step, with images where it asked for them."""
 
 
-def at_play(guest: Guest, task: Task) -> Player:
+def at_play(proxy: ControllerProxy, task: Task) -> Player:
     """Begin to play in a task, which must have begun."""
-    return ActionPlayer(guest, task) if guest.identity.action_level else StepPlayer(guest, task)
+    return ActionPlayer(proxy, task) if proxy.identity.action_level else StepPlayer(proxy, task)
 
 
 class ActionPlayer:
     """Plays a controller that decides on whole actions."""
 
-    def __init__(self, guest: Guest, task: Task) -> None:
-        self._guest = guest
+    def __init__(self, proxy: ControllerProxy, task: Task) -> None:
+        self._proxy = proxy
         self._task = task
 
     def play(self, n_steps_left: int) -> Action:
         """Ask for the next action and execute it in the fast loop."""
-        action = self._guest.next_action(self.look()).first(n_steps_left)
+        action = self._proxy.next_action(self.look()).first(n_steps_left)
         self._task.execute(action)
         return action
 
@@ -48,8 +48,8 @@ class ActionPlayer:
 class StepPlayer:
     """Plays a controller that is called at every step, a stretch of 1000 steps at a time."""
 
-    def __init__(self, guest: Guest, task: Task) -> None:
-        self._guest = guest
+    def __init__(self, proxy: ControllerProxy, task: Task) -> None:
+        self._proxy = proxy
         self._task = task
         self._render = True  # the first observation has images
 
@@ -71,6 +71,6 @@ class StepPlayer:
         return self._task.observe(render=self._render)
 
     def _step(self) -> Command:
-        command, self._render = self._guest.step(self.look())
+        command, self._render = self._proxy.step(self.look())
         self._task.step(command)
         return command

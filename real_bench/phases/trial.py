@@ -20,10 +20,10 @@ from real_bench.files import check_folder, write_whole
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import check_films, filmed
-from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
 from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
-from real_bench.phases.local import LocalHost
+from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import Player, at_play
+from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity, closed_on_error
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.commands import Commands
@@ -51,7 +51,7 @@ class TrialPlan:
         explanations: folder for what a controller says of each of its decisions.
         wanted: what is meant where a recording holds what other code or settings learned, or
             nothing; see :mod:`real_bench.phases.handover`.
-        host: where the controller runs.
+        backend: where the controller runs.
     """
 
     controller: str
@@ -67,7 +67,7 @@ class TrialPlan:
     pictures: Path | None = None
     explanations: Path | None = None
     wanted: Wanted | None = None
-    host: Host = field(default_factory=LocalHost)
+    backend: ControllerBackend = field(default_factory=LocalBackend)
 
     def __post_init__(self) -> None:
         if self.run_steps is None:
@@ -109,7 +109,7 @@ class TrialMaker:
 
     Args:
         plan: what is tested.
-        guest: the controller as the intrinsic phase left it, where it is still at hand; else it
+        proxy: the controller as the intrinsic phase left it, where it is still at hand; else it
             is made anew.
         given: what it then goes on from.
         task: the world of the intrinsic phase, where it is still at hand.
@@ -118,19 +118,19 @@ class TrialMaker:
     def __init__(
         self,
         plan: TrialPlan,
-        guest: Guest | None = None,
+        proxy: ControllerProxy | None = None,
         given: Handover = NOTHING,
         task: Task | None = None,
     ) -> None:
         self._plan = plan
         self._task = task or Task(plan.scene, plan.condition, plan.goal_set.n_objects)
-        self._guest = self._prepared(given) if guest is None else guest
-        with closed_on_error(self._guest):
+        self._proxy = self._prepared(given) if proxy is None else proxy
+        with closed_on_error(self._proxy):
             if plan.run is not None:
-                self._guest.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
-            self._guest.call("start_extrinsic_phase")
+                self._proxy.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
+            self._proxy.call("start_extrinsic_phase")
         # whether one controller meets goal after goal
-        self.in_order = self._guest.identity.learns_across_trials
+        self.in_order = self._proxy.identity.learns_across_trials
 
     def make(self, number: int) -> tuple[TrialResult, float]:
         """Test one goal; returns the result and the seconds it took."""
@@ -145,34 +145,34 @@ class TrialMaker:
         """The tests are over."""
         try:
             if self.in_order:
-                self._guest.call("end_extrinsic_phase")
+                self._proxy.call("end_extrinsic_phase")
         finally:
-            self._guest.close()
+            self._proxy.close()
             self._task.close()
 
-    def _prepared(self, given: Handover) -> Guest:
+    def _prepared(self, given: Handover) -> ControllerProxy:
         plan = self._plan
-        guest = plan.host.guest(plan.controller, plan.settings, self._task, given.files)
-        with closed_on_error(guest):
-            guest.seed(plan.seed)
-            guest.set_state(given.state)
-        return guest
+        proxy = plan.backend.proxy(plan.controller, plan.settings, self._task, given.files)
+        with closed_on_error(proxy):
+            proxy.seed(plan.seed)
+            proxy.set_state(given.state)
+        return proxy
 
     def _trial(self, number: int) -> TrialResult:
         plan, task, goal = self._plan, self._task, self._plan.goal_set.goals[number]
-        guest = self._guest if self.in_order else self._guest.copy()
+        proxy = self._proxy if self.in_order else self._proxy.copy()
         task.begin(goal)
         start = task.simulation.image().retina if plan.pictures else None
-        guest.seed(derived_seed(plan.seed, number))
+        proxy.seed(derived_seed(plan.seed, number))
         with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
-            guest.call("start_extrinsic_trial")
+            proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
-            player = at_play(guest, task)
-            actions = self._play(player, guest, explainer)
-        guest.call("end_extrinsic_trial", player.look(), 0, True)
+            player = at_play(proxy, task)
+            actions = self._play(player, proxy, explainer)
+        proxy.call("end_extrinsic_trial", player.look(), 0, True)
         if not self.in_order:
-            guest.call("end_extrinsic_phase")
-            guest.close()
+            proxy.call("end_extrinsic_phase")
+            proxy.close()
         result = trial_result(number, goal, task.simulation.object_poses(), Commands.of(actions))
         if plan.explanations and explainer:
             explainer.save(plan.explanations, f"trial-{number:02d}")
@@ -180,10 +180,12 @@ class TrialMaker:
             self._draw(plan.pictures, result, goal, start)
         return result
 
-    def _play(self, player: Player, guest: Guest, explainer: Explainer | None) -> list[Action]:
+    def _play(
+        self, player: Player, proxy: ControllerProxy, explainer: Explainer | None
+    ) -> list[Action]:
         actions: list[Action] = []
         while self._task.n_steps < self._plan.trial_steps:
-            with explainer.decision(guest) if explainer else nullcontext():
+            with explainer.decision(proxy) if explainer else nullcontext():
                 actions.append(player.play(self._plan.trial_steps - self._task.n_steps))
         return actions
 

@@ -26,13 +26,13 @@ from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
 
-Task = TypeVar("Task")
+Item = TypeVar("Item")
 Done = TypeVar("Done")
 
 
 def in_processes(
-    make_worker: Callable[[], Callable[[Task], Done]],
-    tasks: Iterable[Task],
+    make_worker: Callable[[], Callable[[Item], Done]],
+    tasks: Iterable[Item],
     jobs: int,
     stop: StopRequest,
     remedy: str,

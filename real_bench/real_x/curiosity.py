@@ -13,7 +13,7 @@ from pydantic import Field
 from real_bench.actions import Action
 from real_bench.controls import MacroControl
 from real_bench.real_x.change import STEPS, ChangePredictor, changed
-from real_bench.real_x.eye import EyeSettings
+from real_bench.real_x.foreground import ForegroundSettings
 from real_bench.real_x.home import is_home
 from real_bench.real_x.latents import LATENT_AN_OBJECT, Latents, VAESettings
 from real_bench.real_x.triplets import Triplets
@@ -42,7 +42,7 @@ class CuriositySettings(Settings):
     every: int = Field(500, ge=2)
     candidates: int = Field(1000, ge=1)
     latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
-    eye: EyeSettings = EyeSettings()
+    eye: ForegroundSettings = ForegroundSettings()
     vae: VAESettings = VAESettings(steps=400)
     steps: int = Field(default=STEPS, ge=1)
 

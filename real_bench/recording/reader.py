@@ -14,13 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
-from real_bench.recording.distrust import (
-    check_attributes,
-    check_dataset,
-    check_group,
-    check_pieces,
-    check_sizes,
-)
 from real_bench.recording.header import Header
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
@@ -31,7 +24,14 @@ from real_bench.recording.schema import (
     TRANSITION,
     command_type,
 )
-from real_bench.recording.state import State, load_state
+from real_bench.recording.state import ControllerState, load_state
+from real_bench.recording.validation import (
+    check_attributes,
+    check_dataset,
+    check_group,
+    check_pieces,
+    check_sizes,
+)
 
 MOVED_M = 0.01
 """An object counts as moved when an action displaced it by more (paper, section Results)."""
@@ -130,7 +130,7 @@ class Recording:
                 raise ValueError("the versions of a part are no names and values")
         return [self.header.versions, *told]
 
-    def controller_state(self) -> State:
+    def controller_state(self) -> ControllerState:
         """What the controller handed over; empty where it did not."""
         return self._kept("controller_state")
 
@@ -163,7 +163,7 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _kept(self, name: str) -> State:
+    def _kept(self, name: str) -> ControllerState:
         with self._guard():
             if name not in self._file:
                 return {}

@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.recording.header import Header
-from real_bench.recording.state import State, state_bytes
+from real_bench.recording.state import ControllerState, state_bytes
 from real_bench.simulation.scene import Camera
 
 FORMAT = "realbench-run"
@@ -101,7 +101,7 @@ class Batch:
     n_steps: int
     total_steps: int
     ended: bool
-    controller_state: State
+    controller_state: ControllerState
     controller_files: Mapping[str, bytes] | None
     commands_sha256: str | None
 

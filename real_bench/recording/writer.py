@@ -25,7 +25,7 @@ from real_bench.locks import write_lock
 from real_bench.recording.header import Header
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import Batch, create
-from real_bench.recording.state import State, save_state
+from real_bench.recording.state import ControllerState, save_state
 from real_bench.simulation.scene import Camera
 
 FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
@@ -228,7 +228,7 @@ def _append(file: h5py.File, batch: Batch) -> None:
         _replace(file, "controller_files", dict(batch.controller_files))
 
 
-def _replace(file: h5py.File, name: str, state: State) -> None:
+def _replace(file: h5py.File, name: str, state: ControllerState) -> None:
     if name in file:
         del file[name]
     save_state(file.create_group(name), state)

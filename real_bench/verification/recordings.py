@@ -34,7 +34,7 @@ from real_bench.verification.differences import (
 from real_bench.verification.verdicts import RecordingVerdict
 from real_bench.verification.versions import Physics, versions_differ
 
-Report = Callable[[int, int], None]
+OnReplay = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class RecordingVerification:
     n_steps: int | None = None
     images: bool = False
 
-    def verify(self, report: Report) -> RecordingVerdict:
+    def verify(self, report: OnReplay) -> RecordingVerdict:
         """Replay it, up to the first state that differs.
 
         Args:
@@ -135,12 +135,12 @@ class _Replay:
         self.where = ""
         self.differences: tuple[Difference, ...] = ()
 
-    def run(self, n_steps: int, report: Report) -> None:
+    def run(self, n_steps: int, report: OnReplay) -> None:
         """Replay the actions that begin within the first steps, or up to the first difference."""
         with stop_requests() as stop:
             self._run(n_steps, report, stop)
 
-    def _run(self, n_steps: int, report: Report, stop: StopRequest) -> None:
+    def _run(self, n_steps: int, report: OnReplay, stop: StopRequest) -> None:
         fresh = set(fresh_states(self._recording).tolist())
         rows = self._recording.transitions
         asked = int((rows["first_step"] < n_steps).sum())

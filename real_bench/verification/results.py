@@ -17,12 +17,12 @@ from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting, TrialResult, parse_content
 from real_bench.scoring.result_file import read_content
 from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
-from real_bench.verification.claims import Claims
+from real_bench.verification.result_checks import ResultChecks
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
 from real_bench.verification.versions import Physics
 
-Report = Callable[[int, int], None]
+OnReplay = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ResultVerification:
     may_be_incomplete: bool = False
     jobs: int = 1
 
-    def verify(self, report: Report) -> ResultVerdict:
+    def verify(self, report: OnReplay) -> ResultVerdict:
         """Replay every trial.
 
         Args:
@@ -70,7 +70,7 @@ class ResultVerification:
         scene = self._scene(result.setting)
         goal_set = self._goal_set(result.setting, scene)
         physics = Physics.of(result.setting.versions)
-        claims = Claims(content, result, scene, goal_set)
+        claims = ResultChecks(content, result, scene, goal_set)
         claims.check(self.run, self.controller)
         make = partial(
             TrialReplayer,

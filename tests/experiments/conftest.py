@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from real_bench.experiments import Spec, read_spec
-from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.plan import ExperimentPlan
 from real_bench.simulation import Scene
 from tests.scoring.bench import made
 
@@ -60,21 +60,21 @@ SAME = (
     *("condition", "objects", "controller", "seed"),
     *("run_steps", "n_goals", "trial_steps", "goals_sha256"),
 )
-"""What a task and its result say alike."""
+"""What a job and its result say alike."""
 
 
 @pytest.fixture
 def drawn(spec: Spec, builtin_scene: Scene) -> Spec:
     """The tiny experiment with its goals drawn."""
     spec.results_folder.mkdir()
-    list(Agenda(spec).draw_goals())
+    list(ExperimentPlan(spec).draw_goals())
     return spec
 
 
 def keep(spec: Spec, cell: int = 0, repeat: int = 0, n_trials: int = 2, **changes: Any) -> Path:
     """Write a result that fits a cell, but for some changes of its setting."""
-    task = Agenda(spec).scorings(spec.cells[cell], repeat)[0]
-    told = {name: getattr(task, name) for name in SAME}
+    job = ExperimentPlan(spec).scorings(spec.cells[cell], repeat)[0]
+    told = {name: getattr(job, name) for name in SAME}
     distances = DISTANCES[repeat][:n_trials]
-    made(distances, classes=["2D"], **{**told, **changes}).save(task.out)
-    return task.out
+    made(distances, classes=["2D"], **{**told, **changes}).save(job.out)
+    return job.out

@@ -14,7 +14,7 @@ from rich.console import Console, RenderableType
 from real_bench.cli.compare import compare
 from real_bench.cli.score import score
 from real_bench.experiments import Spec
-from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.scores import rows_of
 from real_bench.experiments.table import json_table, markdown_table, text_table
 from real_bench.report import Report, read_tested
@@ -40,7 +40,7 @@ def text(what: RenderableType) -> str:
 def test_a_new_metric_is_one_line(drawn: Spec, monkeypatch: pytest.MonkeyPatch) -> None:
     files = [str(keep(drawn, repeat=repeat)) for repeat in (0, 1)]
     monkeypatch.setitem(METRICS, "toy", Metric("toys", lambda trial: trial.goal + 0.5, form=".2f"))
-    rows = rows_of(drawn, Agenda(drawn))
+    rows = rows_of(drawn, ExperimentPlan(drawn))
     assert "toys" in markdown_table(drawn, rows)
     assert "1.00" in text(text_table(drawn, rows))
     assert json_table(drawn, rows)["rows"][0]["summary"]["metrics"]["toy"]["mean"] == 1.0
@@ -92,7 +92,7 @@ def test_intervals_of_several_plays_are_the_same_in_table_and_score(drawn: Spec)
     assert str(summary.score.interval) in page
     for repeat in (0, 1):
         keep(drawn, repeat=repeat)
-    row = rows_of(drawn, Agenda(drawn))[0]
+    row = rows_of(drawn, ExperimentPlan(drawn))[0]
     assert row.summary is not None
     kept = [load_result(file) for file in row.files]
     assert row.summary.to_json() == judge(kept).summary.to_json()

@@ -18,7 +18,7 @@ from real_bench.goal_sets import GoalSet
 from real_bench.recording import Recording
 from real_bench.simulation import Scene
 from real_bench.task import Task
-from tests.phases.conftest import FaceGoals, Play, guest
+from tests.phases.conftest import FaceGoals, Play, toy
 from tests.recording.bench import recorded_steps
 
 RAISE = [
@@ -60,7 +60,7 @@ def complaint(play: Play, controller: str, steps: int = 3500) -> str:
 
 @pytest.mark.parametrize("name", RAISE)
 def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: str) -> None:
-    controller = guest(f"faulty:{name}")
+    controller = toy(f"faulty:{name}")
     _, first_line = inspect.getsourcelines(find_controller(controller).go_wrong)
     file = controller.rpartition(":")[0]
     assert f"{file}, line {first_line + 1}: " in complaint(play, controller)
@@ -68,7 +68,7 @@ def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: s
 
 @pytest.mark.parametrize("name", RETURN)
 def test_what_is_no_action_is_told(play: Play, name: str) -> None:
-    told = complaint(play, guest(f"faulty:{name}"))
+    told = complaint(play, toy(f"faulty:{name}"))
     assert "returned a bad action" in told or "ActionError: a command must be finite" in told
 
 
@@ -78,7 +78,7 @@ def test_what_is_no_action_is_told(play: Play, name: str) -> None:
 def test_what_was_done_before_a_fault_is_kept_and_goes_on(
     play: Play, name: str, done: int, steps: int
 ) -> None:
-    controller = guest(f"faulty:{name}")
+    controller = toy(f"faulty:{name}")
     complaint(play, controller, steps)
     kept = recorded_steps(Path("run.h5"))
     assert 0 < kept <= done
@@ -98,13 +98,13 @@ def test_what_was_done_before_a_fault_is_kept_and_goes_on(
 )
 def test_a_state_that_is_none_is_told(play: Play, name: str) -> None:
     with pytest.raises((ControllerError, RecordingError)) as caught:
-        play(guest(f"faulty:{name}"), 1000)
+        play(toy(f"faulty:{name}"), 1000)
     assert "\n" not in str(caught.value)
     assert "controller" in str(caught.value)
 
 
 def test_a_controller_needs_nothing_but_step(play: Play) -> None:
-    with Recording(play(guest("faulty:NoBasePolicy"), 1000)) as recording:
+    with Recording(play(toy("faulty:NoBasePolicy"), 1000)) as recording:
         assert recording.n_steps == 1000
 
 
@@ -126,7 +126,7 @@ def check_calls(calls: list[dict[str, Any]]) -> None:
 
 @pytest.mark.parametrize("condition", ["OJ", "IJ"])
 def test_an_official_controller_plays(play: Play, condition: str) -> None:
-    play(guest("official:Witness"), 8, condition=condition)
+    play(toy("official:Witness"), 8, condition=condition)
     calls = met()
     assert [call["hook"] for call in calls] == [
         "__init__",
@@ -145,7 +145,7 @@ def test_an_official_controller_plays(play: Play, condition: str) -> None:
 
 
 def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:
-    tested = face_goals(guest("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
+    tested = face_goals(toy("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
     calls = met()
     trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial"]
     assert [call["hook"] for call in calls] == [

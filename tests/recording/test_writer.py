@@ -28,7 +28,7 @@ from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run,
 
 N_ACTIONS = 7  # in the recording that was cut
 ROWS = ("transitions", "commands", "states", "images", "cuts", "ground_truth/object_poses")
-HEAVY = f"{Path(__file__).parents[1] / 'phases' / 'guests' / 'series.py'}:Heavy"
+HEAVY = f"{Path(__file__).parents[1] / 'phases' / 'controllers' / 'series.py'}:Heavy"
 PLAY = ("intrinsic", "--controller", "real_r", "--scene", SCENE, "--out", "run.h5", "--resume")
 ENDLESS_STEPS = 15_000_000
 ENDLESS = realbench(*PLAY, "--steps", ENDLESS_STEPS, eager=True)

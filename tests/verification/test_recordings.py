@@ -16,7 +16,7 @@ from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.recording import Recording
 from real_bench.simulation import Scene
 from real_bench.verification import RecordingVerdict, RecordingVerification
-from tests.phases.conftest import guest
+from tests.phases.conftest import toy
 from tests.verification.conftest import CUT_AT, RUN_STEPS, play
 
 STOPPED = '''
@@ -58,8 +58,8 @@ def test_a_resumed_recording_verifies_with_its_images(recorded: Path) -> None:
     [
         ("real_r", "OJ"),
         ("real_r", "OC"),
-        (guest("series:StepMacros"), "OM"),
-        (guest("tested:GlobalRandomness"), "OJ"),
+        (toy("series:StepMacros"), "OM"),
+        (toy("tested:GlobalRandomness"), "OJ"),
     ],
 )
 def test_every_way_of_control_verifies(

@@ -21,7 +21,7 @@ from real_bench.scoring.result import Result, load_result
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.verification import ResultVerdict, ResultVerification
 from real_bench.verification.differences import ROUNDING
-from tests.phases.conftest import guest
+from tests.phases.conftest import toy
 from tests.verification.conftest import MakeResult, altered, forged, play
 
 EVALUATION = Path(__file__).parents[2] / "evaluation"
@@ -53,8 +53,8 @@ def test_an_honest_result_verifies(honest: Path, goals_path: Path) -> None:
     ("controller", "condition"),
     [
         ("real_r", "OJ"),  # lines between via points
-        (guest("series:StepMacros"), "OM"),
-        (guest("tested:GlobalRandomness"), "OJ"),  # another command at every step
+        (toy("series:StepMacros"), "OM"),
+        (toy("tested:GlobalRandomness"), "OJ"),  # another command at every step
         ("real_r", "OC"),
     ],
 )
@@ -99,7 +99,7 @@ def test_what_it_learned_from_is_checked(
 def test_the_controller_is_checked_and_not_run(
     honest: Path, make_result: MakeResult, goals_path: Path, tmp_path: Path
 ) -> None:
-    source = Path(guest("series:Macros").partition(":")[0]).read_text()
+    source = Path(toy("series:Macros").partition(":")[0]).read_text()
     (tmp_path / "mine.py").write_text(source)
     spec = f"{tmp_path / 'mine.py'}:Macros"
     path = make_result(spec, n_trials=1)
