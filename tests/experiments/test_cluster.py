@@ -129,7 +129,6 @@ def test_a_cluster_without_workers_is_told_and_not_waited_for_without_end(
     cluster: DaskCluster, spec: Spec, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(clusters, "SECONDS_WITHOUT_WORKERS", 3)
-    list(ExperimentPlan(spec).draw_goals())
     told: list[ExperimentProgress] = []
     with pytest.raises(ExperimentError, match=f"no worker for 3 s: .*{cluster.address}"):
         JobScheduler(clusters.Cluster(cluster.address), 2).do(
