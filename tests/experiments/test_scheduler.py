@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from real_bench.experiments import Spec
-from real_bench.experiments.jobs import Job, Report
+from real_bench.experiments.jobs import Job, OnSteps
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, WorkerLostError
 from real_bench.experiments.scheduler import ATTEMPTS, ExperimentProgress, JobScheduler
@@ -26,7 +26,7 @@ class Rehearsal:
         self.stopped = False
         self._lock = threading.Lock()
 
-    def do(self, job: Job, report: Report) -> None:
+    def do(self, job: Job, report: OnSteps) -> None:
         with self._lock:
             self.calls[job.name] += 1
             errors = self.failing.get(job.name, [])

@@ -110,7 +110,7 @@ def task(scene: Scene) -> Iterator[Task]:
 def told(task: Task, support: SandboxSupport, deed: str, controller: str = ROGUE) -> str:
     """What is said of a controller that does its deed at its second action."""
     limits = replace(LIMITS, memory_gib=2)
-    proxy = SandboxBackend((), limits, support).toy(controller, {"deed": deed}, task)
+    proxy = SandboxBackend((), limits, support).proxy(controller, {"deed": deed}, task)
     try:
         player = at_play(proxy, task)
         player.play(1)
@@ -169,7 +169,7 @@ def test_a_step_is_a_hostile_object(task: Task, deed: str) -> None:
 
 
 def told_here(task: Task, controller: str, deed: str) -> str:
-    proxy = LocalBackend().toy(controller, {"deed": deed}, task)
+    proxy = LocalBackend().proxy(controller, {"deed": deed}, task)
     player = at_play(proxy, task)
     player.play(1)
     with pytest.raises(ControllerError) as caught:
@@ -178,7 +178,7 @@ def told_here(task: Task, controller: str, deed: str) -> str:
 
 
 def test_a_number_of_its_own_kind_is_a_plain_number(task: Task, isolated: SandboxBackend) -> None:
-    proxy = isolated.toy(ROGUE, {"deed": "strange_numbers"}, task)
+    proxy = isolated.proxy(ROGUE, {"deed": "strange_numbers"}, task)
     player = at_play(proxy, task)
     player.play(1)
     durations = player.play(20).n_steps
