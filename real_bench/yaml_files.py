@@ -104,7 +104,7 @@ def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str
         with file.open(encoding="utf-8-sig") as opened:
             text = opened.read(MAX_LETTERS + 1)
     except FileNotFoundError as error:
-        raise fault(f"{what} {file} does not exist") from error
+        raise fault(f"{what} was not found: {file}") from error
     except (OSError, ValueError) as error:
         raise fault(f"{what} {file} cannot be read: {error}") from error
     values = parse(text, f"{what} {file}", fault)

@@ -177,7 +177,7 @@ def test_a_file_without_values_sets_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [
-        (None, "does not exist"),
+        (None, "was not found"),
         (b"\xff\xfe\x00", "cannot be read: .*decode"),
         (b"- depth\n", "must hold names and values"),
         (b"depth\n", "must hold names and values"),

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from real_bench import lengths
 from real_bench.cli.printing import say
-from real_bench.lengths import TRIAL_STEPS
 
 if TYPE_CHECKING:
     from real_bench.phases.proxy import ControllerBackend
@@ -59,8 +59,8 @@ trial_steps_option: Decorator = click.option(
     "--trial-steps",
     type=int,
     metavar="N",
-    default=TRIAL_STEPS,
-    show_default=True,
+    default=lambda: lengths.TRIAL_STEPS,
+    show_default="10,000",
     help="Length of a trial; of another one, scores compare with nothing published.",
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
-from real_bench.files import replacing
+from real_bench.files import write_whole
 from real_bench.goal_sets import Goal
 from real_bench.task import Task
 
@@ -37,13 +38,10 @@ class Film:
 
         self._av, self._path, self._goal = av, path, goal_image
         height, width, _ = goal_image.shape
+        # In memory, where a write cannot fail: FFmpeg may crash where one does. A few megabytes.
+        self._film = io.BytesIO()
         with self._guard(), ExitStack() as held:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            hidden = held.enter_context(replacing(path))
-            # with its protocol: FFmpeg takes what stands before a colon for one
-            self._container = av.open(
-                f"file:{hidden.absolute()}", "w", format="mp4", options={"movflags": "faststart"}
-            )
+            self._container = av.open(self._film, "w", format="mp4")
             held.callback(self._container.close)
             self._stream = self._container.add_stream(CODEC, rate=Fraction(FRAMES_A_SECOND))
             self._stream.width, self._stream.height = 2 * width, height
@@ -59,9 +57,12 @@ class Film:
             self._container.mux(self._stream.encode(frame))
 
     def close(self) -> None:
-        """Finish the file."""
-        with self._guard(), self._held:
-            self._container.mux(self._stream.encode(None))
+        """Finish the film, and write the file."""
+        with self._guard():
+            with self._held:
+                self._container.mux(self._stream.encode(None))
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(self._path, self._film.getvalue())
 
     @contextmanager
     def _guard(self) -> Iterator[None]:

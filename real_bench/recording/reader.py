@@ -234,7 +234,7 @@ class Recording:
         try:
             yield
         except FileNotFoundError as error:
-            raise RecordingError(f"the recording {self.path} does not exist") from error
+            raise RecordingError(f"recording not found: {self.path}") from error
         except (OSError, LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
             reason = " ".join(str(error).split())
             raise RecordingError(

@@ -102,8 +102,8 @@ class Batch:
     total_steps: int
     ended: bool
     controller_state: ControllerState
-    controller_files: Mapping[str, bytes] | None
     commands_sha256: str | None
+    controller_files: Mapping[str, bytes] | None = None
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """The rows by the path of their dataset."""

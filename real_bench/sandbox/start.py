@@ -45,7 +45,9 @@ def _work_in(workplace: "dict[str, Any]") -> None:
     paths = {name: [Path(path) for path in workplace[name]] for name in ("own", "hidden")}
     folder = workplace["folder"]
     try:
-        _part("workplace")["make"](Path(workplace["place"]), folder and Path(folder), **paths)
+        _part("working_directory")["make"](
+            Path(workplace["place"]), folder and Path(folder), **paths
+        )
     except OSError as error:
         sys.exit(f"its folder cannot be copied into its working directory: {error}")
 

@@ -62,7 +62,7 @@ def read_content(path: Path) -> Content:
             )
         _sha256(content)  # whether all of it can be told again
     except FileNotFoundError as error:
-        raise ResultError(f"the result {path} does not exist") from error
+        raise ResultError(f"result not found: {path}") from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ResultError(
             f"{path} cannot be read: it is no result, or damaged ({quoted(str(error), 200)})"

@@ -99,7 +99,7 @@ def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -
         (("run.h5", "--set", "vae.wait=1"), 1, "bad settings: vae.wait"),
         (("goals.npy",), 2, "goals.npy is a goal set: give recording or result"),
         (("note.txt",), 2, "note.txt is no recording, goal set, result, experiment"),
-        (("none.h5",), 1, "none.h5 does not exist"),
+        (("none.h5",), 1, "recording not found: none.h5"),
         (("cut.h5",), 1, "cut.h5 cannot be read"),
         (("note.json",), 1, "note.json is not a result of realbench"),
         (("all.json", "others.json"), 1, "results of different goals cannot be drawn together"),

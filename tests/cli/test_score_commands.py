@@ -57,7 +57,11 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("named", "told"),
-    [("no.json", "does not exist"), ("none/*.json", "no result in"), (".", "no result in")],
+    [
+        ("no.json", "result not found: no.json"),
+        ("none/*.json", "no result found in"),
+        (".", "no result found in"),
+    ],
 )
 def test_nothing_to_read_is_told(tmp_path: Path, named: str, told: str) -> None:
     assert told in realbench(tmp_path, "score", named, code=1).stderr

@@ -109,7 +109,7 @@ def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: 
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py does not exist"),
+        ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py"),
         ({"cells": [{"controller": "real_q", "condition": "OM"}]}, "unknown controller 'real_q'"),
         ({"goals": {"few": "shipped"}}, "the goals were made in scene official"),
     ],

@@ -39,7 +39,14 @@ def command(capfd: pytest.CaptureFixture[str], *arguments: object) -> Done:
         main([str(argument) for argument in arguments])
     except SystemExit as error:
         code = int(error.code or 0)
-    return Done(code, *capfd.readouterr())
+    out, err = capfd.readouterr()
+    return Done(code, out, after_first_line(err))
+
+
+def after_first_line(err: str) -> str:
+    """What is said after the line that every run begins with: which class of which file it runs."""
+    first, _, rest = err.partition("\n")
+    return rest if first.startswith("controller: class ") else err
 
 
 @contextmanager

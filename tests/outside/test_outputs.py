@@ -285,7 +285,7 @@ def test_a_summary_is_appended_to_and_its_other_name_sees_it(place: Path, run: R
 
 def test_a_summary_of_what_was_refused_leaves_no_empty_file(place: Path, run: Run) -> None:
     done = run(("score", "none.json", "--markdown"), place / "summary.md")
-    assert "none.json does not exist" in done.last
+    assert "result not found: none.json" in done.last
     assert not (place / "summary.md").exists()
 
 

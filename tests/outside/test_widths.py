@@ -37,7 +37,7 @@ def test_table_of_scores(
     done = command(capfd, "extrinsic", *test, "--goals", "goals.npy", "--out", "new.json")
     assert done.code == 0
     assert f"{load_result(place / 'new.json').score:.3f}" in done.out
-    assert "mean score" in done.out
+    assert "95% over goals" in done.out
     assert "…" not in done.out
 
 

@@ -48,7 +48,6 @@ def test_a_header_survives_its_file(header: Header) -> None:
     [
         ("condition", "XY"),
         ("objects", 0),
-        ("objects", 4),
         ("seed", -1),
         ("seed", 2**63),
         ("scene_sha256", "0"),

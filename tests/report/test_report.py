@@ -105,7 +105,7 @@ def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
     [
         (["run.h5", "--videos", "films"], 2, "--videos are of one result, not of 0"),
         (["goals.npy"], 2, "goal set"),
-        (["no.h5"], 1, "does not exist"),
+        (["no.h5"], 1, "recording not found: no.h5"),
     ],
 )
 def test_what_cannot_be_reported_is_told(

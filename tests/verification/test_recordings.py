@@ -243,7 +243,7 @@ def test_a_world_that_begins_elsewhere_after_a_cut_is_told(recorded: Path, tmp_p
     [
         ({"n_steps": 0}, "--steps must be at least 1, not 0"),
         ({"scene": "moon"}, "unknown scene"),
-        ({"path": Path("none.h5")}, "does not exist"),
+        ({"path": Path("none.h5")}, "recording not found: none.h5"),
         ({"path": Path(__file__)}, "cannot be read"),
     ],
 )
