@@ -6,16 +6,12 @@ from functools import partial
 from typing import Any
 
 from real_bench.real_x import AbstractionSettings, DynamicAbstraction, PlannerSettings, RealX
-from real_bench.real_x.eye import EyeSettings
-from real_bench.real_x.latents import Latents, VAESettings
-from real_bench.settings import Settings
+from real_bench.real_x.latents import Latents, SightSettings
 
 
-class RealLDSettings(Settings):
+class RealLDSettings(SightSettings):
     """Settings of REAL-LD, part by part."""
 
-    eye: EyeSettings = EyeSettings()
-    vae: VAESettings = VAESettings()
     abstraction: AbstractionSettings = AbstractionSettings()
     planner: PlannerSettings = PlannerSettings()
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from real_bench.actions import Action
-from real_bench.controller import Controller, State
+from real_bench.controller import Controller, ControllerState
 from real_bench.real_x import RandomExplorer
 
 
@@ -24,11 +24,11 @@ class RealR(Controller):
         self._random = np.random.default_rng(seed)
         self._explorer = RandomExplorer(self.action_space, self._random)
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         """Where in its random sequence it is."""
         return {"random": self._random.bit_generator.state}
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on in the random sequence."""
         self._random.bit_generator.state = state["random"]
 

@@ -23,11 +23,11 @@ from rich.table import Table
 
 from real_bench.actions import ACTION_STEPS
 from real_bench.conditions import Condition
-from real_bench.controller import BasePolicy
-from real_bench.isolation import IsolatedHost
-from real_bench.phases.guest import Host
+from real_bench.controller import Controller
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.phases.local import LocalHost
+from real_bench.phases.local import LocalBackend
+from real_bench.phases.proxy import ControllerBackend
+from real_bench.sandbox import SandboxBackend
 from real_bench.simulation import Scene, load_scene
 
 MEASURED = {
@@ -38,7 +38,7 @@ MEASURED = {
 }
 
 
-class Pushes(BasePolicy):
+class Pushes(Controller):
     """Random macros, one call a step."""
 
     n_calls = 0
@@ -67,7 +67,7 @@ class Moves(Pushes):
 
 
 def seconds(
-    controller: str, condition: str, steps: int, seed: int, scene: Scene, host: Host
+    controller: str, condition: str, steps: int, seed: int, scene: Scene, backend: ControllerBackend
 ) -> float:
     """How long free play takes; its first 1000 steps warm up."""
     moments: list[float] = []
@@ -80,7 +80,7 @@ def seconds(
             steps=steps + ACTION_STEPS,
             seed=seed,
             out=Path(folder) / "run.h5",
-            host=host,
+            backend=backend,
         )
         phase.run(lambda progress: moments.append(time.perf_counter())).close()
     return moments[-1] - moments[0]
@@ -92,22 +92,22 @@ def seconds(
 @click.option("--rounds", default=5, show_default=True)
 def main(scene: str, steps: int, rounds: int) -> None:
     """Measure and print."""
-    loaded, isolated = load_scene(scene), IsolatedHost()
+    loaded, isolated = load_scene(scene), SandboxBackend()
     table = Table(title=f"isolated / in our process, {rounds} rounds of {steps:,} steps, in turn")
     for heading in ("what", "us/step", "isolated", "median ratio", "lowest", "highest"):
         table.add_column(heading, justify="left" if heading == "what" else "right")
     for name, (controller, condition) in MEASURED.items():
         here, there = [], []
         for seed in range(rounds):
-            for times, host in ((here, LocalHost()), (there, isolated)):
-                times.append(seconds(controller, condition, steps, seed, loaded, host))
+            for times, backend in ((here, LocalBackend()), (there, isolated)):
+                times.append(seconds(controller, condition, steps, seed, loaded, backend))
         ratios = [two / one for one, two in zip(here, there, strict=True)]
         table.add_row(
             name,
             *(f"{statistics.median(times) / steps * 1e6:.0f}" for times in (here, there)),
             *(f"{number:.3f}" for number in (statistics.median(ratios), min(ratios), max(ratios))),
         )
-    Console().print(table, f"controllers were {isolated.walls.describe()}")
+    Console().print(table, f"controllers were {isolated.support.describe()}")
 
 
 if __name__ == "__main__":

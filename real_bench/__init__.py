@@ -3,42 +3,92 @@
 >>> import real_bench
 >>> env = real_bench.make_env(scene="builtin", condition="OM", objects=1)
 >>> observation, info = env.reset(seed=0)
+
+The names below are loaded when they are first used.
+
+========================= ======================================================================
+environment               ``make_env``; or ``gymnasium.make("RealBench/REAL-OM-v0")``
+a controller of your own  ``Controller`` (or the official ``BasePolicy``), ``Action``, ``Settings``
+the two phases            ``run_intrinsic`` plays, ``run_extrinsic`` tests
+many of them              ``run_experiment``
+data                      ``Recording``, ``Experience``, ``GoalSet``, ``load_goals``
+scores                    ``load_result``; ``score`` judges, ``compare`` compares
+figures                   ``draw_figures``; the package ``figures`` has them one by one
+what goes wrong           ``RealBenchError``
+========================= ======================================================================
+
+The same as commands: ``realbench --help``.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from real_bench.lazy import lazy_names
 from real_bench.registration import register
 from real_bench.version import __version__
 
 if TYPE_CHECKING:
-    from real_bench.environment import RealEnv
+    from real_bench import figures
+    from real_bench.actions import Action
+    from real_bench.api import (
+        compare,
+        draw_figures,
+        load_goals,
+        load_result,
+        make_env,
+        run_experiment,
+        run_extrinsic,
+        run_intrinsic,
+        score,
+    )
+    from real_bench.controller import BasePolicy, Controller
+    from real_bench.errors import RealBenchError
     from real_bench.goal_sets import GoalSet
+    from real_bench.recording import Experience, Recording
+    from real_bench.settings import Settings
 
 register()
 
-__all__ = ["__version__", "make_env"]
+__all__ = [
+    "Action",
+    "BasePolicy",
+    "Controller",
+    "Experience",
+    "GoalSet",
+    "RealBenchError",
+    "Recording",
+    "Settings",
+    "__version__",
+    "compare",
+    "draw_figures",
+    "figures",
+    "load_goals",
+    "load_result",
+    "make_env",
+    "run_experiment",
+    "run_extrinsic",
+    "run_intrinsic",
+    "score",
+]
 
+_FUNCTIONS = (
+    *("compare", "draw_figures", "load_goals", "load_result", "make_env"),
+    *("run_experiment", "run_extrinsic", "run_intrinsic", "score"),
+)
 
-def make_env(
-    condition: str = "OM",
-    *,
-    objects: int = 1,
-    scene: str | Path = "official",
-    goals: GoalSet | str | Path | None = None,
-    max_steps: int | None = None,
-    render_mode: str | None = None,
-) -> RealEnv:
-    """The benchmark as a Gymnasium environment; see :class:`real_bench.environment.RealEnv`."""
-    from real_bench.environment import RealEnv
-
-    return RealEnv(
-        condition,
-        objects=objects,
-        scene=scene,
-        goals=goals,
-        max_steps=max_steps,
-        render_mode=render_mode,
-    )
+__getattr__ = lazy_names(
+    __name__,
+    {
+        **dict.fromkeys(_FUNCTIONS, "real_bench.api"),
+        "Action": "real_bench.actions",
+        "BasePolicy": "real_bench.controller",
+        "Controller": "real_bench.controller",
+        "Experience": "real_bench.recording",
+        "GoalSet": "real_bench.goal_sets",
+        "RealBenchError": "real_bench.errors",
+        "Recording": "real_bench.recording",
+        "Settings": "real_bench.settings",
+        "figures": "real_bench.figures",
+    },
+)

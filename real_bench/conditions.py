@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from real_bench.controls import CONTROLS, Control
 from real_bench.errors import RealBenchError
 
 PERCEPTIONS = {"O": "object positions", "I": "images"}
-CONTROLS = {"M": "macro-actions", "J": "joints", "C": "cartesian"}
 
 
 class ConditionError(RealBenchError, ValueError):
@@ -37,6 +37,29 @@ class Condition:
     def name(self) -> str:
         """Two letters, as in the paper's REAL_OM."""
         return self.perception + self.control
+
+    @property
+    def control_type(self) -> type[Control]:
+        """The class of its way of control."""
+        return CONTROLS[self.control]
+
+    @property
+    def control_version(self) -> int:
+        """Which version of its way of control this is."""
+        return self.control_type.version
+
+    def control_misfit(self, version: int) -> str | None:
+        """Why what another version of this control did cannot be gone on with; None where it can.
+
+        Args:
+            version: of the control, as a recording or result has it.
+        """
+        if version == self.control_version:
+            return None
+        return (
+            f"its {self.control_type.name} are of version {version}, these of "
+            f"{self.control_version}: the same commands move the robot a little differently"
+        )
 
     @property
     def sees_objects(self) -> bool:

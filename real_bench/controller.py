@@ -2,41 +2,44 @@
 
 A controller is a class of one of two kinds:
 
-* **One call a step**, the official class API: derive from :class:`BasePolicy`, define ``step``.
-* **Whole actions**, which the benchmark executes in its fast loop: derive from
-  :class:`Controller`, define ``next_action``.
+* derived from :class:`Controller`: it defines ``next_action`` (whole actions, which the benchmark
+  executes in its fast loop) or ``step`` (one call a simulation step), and as many of the hooks
+  below as it needs;
+* derived from :class:`BasePolicy`, the official class API: it defines ``step``. Only the hooks
+  marked with (*) are called; whatever else it defines is its own. It sees observations as the
+  official package makes them (``docs/official-api.md``).
 
 Either way it is made with the two spaces, and it is called in this order::
 
-    controller = YourClass(action_space, observation_space)
+    controller = YourClass(action_space, observation_space)                             (*)
     controller.seed(seed)
     # intrinsic phase
     controller.set_state(state)                   # only where a run is resumed,
     controller.resume_intrinsic_phase(experience) # with what was recorded before the cut
-    controller.start_intrinsic_phase()
-    controller.step(...) or .next_action(...)     # until the phase's steps are over
-    controller.end_intrinsic_phase(observation, reward, done)
+    controller.start_intrinsic_phase()                                                  (*)
+    controller.step(...) or .next_action(...)     # until the phase's steps are over    (*)
+    controller.end_intrinsic_phase(observation, reward, done)                           (*)
     controller.use_experience(experience)         # all of it: the time to learn
     state = controller.get_state()                # kept in the run file
     # extrinsic phase, perhaps in another process
     controller.set_state(state)
     controller.use_experience(experience)
-    controller.start_extrinsic_phase()
+    controller.start_extrinsic_phase()                                                  (*)
     for each goal:                                # each with a copy of the controller as it is here
         controller.seed(seed of the goal)
-        controller.start_extrinsic_trial()
-        controller.step(...) or .next_action(...)
-        controller.end_extrinsic_trial(observation, reward, done)
-        controller.end_extrinsic_phase()
+        controller.start_extrinsic_trial()                                              (*)
+        controller.step(...) or .next_action(...)                                       (*)
+        controller.end_extrinsic_trial(observation, reward, done)                       (*)
+        controller.end_extrinsic_phase()                                                (*)
 
 With ``learns_across_trials`` there is no copy: one controller meets all goals in order, and
-``end_extrinsic_phase`` comes once, after the last.
+``end_extrinsic_phase`` comes once, after the last. That is the default of the official class API,
+where it was so; a class may say otherwise.
 
 A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is made
 with a third argument, a record of that class, whose values a user sets by ``--set name=value``.
 
-Only ``step`` or ``next_action`` must be defined. A controller sees observations and spaces, never
-the simulation, the goal file or the score.
+A controller sees observations and spaces, never the simulation, the goal file or the score.
 """
 
 from __future__ import annotations
@@ -47,24 +50,23 @@ from typing import Any, ClassVar
 from real_bench import settings
 from real_bench.actions import Action
 from real_bench.explanation import Explanation
-from real_bench.recording import Experience, State
+from real_bench.recording import ControllerState, Experience
 
-__all__ = ["Action", "BasePolicy", "Controller", "Experience", "Explanation", "State"]
+__all__ = ["Action", "BasePolicy", "Controller", "ControllerState", "Experience", "Explanation"]
 
 
 class BasePolicy:
     """The official class API, one call a step; also importable as ``real_robots.policy``.
 
     Attributes:
-        learns_across_trials: true for a controller that goes on learning from one trial to the
-            next. It is then tested in one process, goal after goal; any other controller meets
-            every goal as the intrinsic phase left it.
+        learns_across_trials: false for a controller of which every goal is to meet a copy, as the
+            intrinsic phase left it; then trials may be shared among processes.
         uses_images: true for a controller that learns from recorded images in every condition;
             they are then recorded also where it sees positions.
         Settings: the class of its settings, where it has any.
     """
 
-    learns_across_trials = False
+    learns_across_trials = True
     uses_images = False
     Settings: ClassVar[type[settings.Settings] | None] = None
 
@@ -75,16 +77,10 @@ class BasePolicy:
     def step(self, observation: Mapping[str, Any], reward: float, done: bool) -> Mapping[str, Any]:
         """The action dict for the next step.
 
-        ``reward`` is always 0. The camera images of the next observation are zeros unless the
-        action's ``render`` is true.
+        ``reward`` is always 0. The camera images of the next observation, also where that is given
+        to a hook, are zeros unless the action's ``render`` is true.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step()")
-
-    def resume_intrinsic_phase(self, experience: Experience) -> None:
-        """Free play goes on after a cut, with what was recorded up to it.
-
-        So memories of what was seen need not be part of the state.
-        """
 
     def start_intrinsic_phase(self) -> None:
         """Free play begins."""
@@ -108,14 +104,40 @@ class BasePolicy:
     ) -> None:
         """The test is over."""
 
+
+class Controller(BasePolicy):
+    """A controller with all the hooks of the benchmark; it defines ``next_action`` or ``step``.
+
+    Attributes:
+        learns_across_trials: true for a controller that goes on learning from one trial to the
+            next. It is then tested in one process, goal after goal; any other one meets every
+            goal as the intrinsic phase left it.
+    """
+
+    learns_across_trials = False
+
+    def next_action(self, observation: Mapping[str, Any]) -> Action:
+        """The next action; see :class:`real_bench.actions.Action` for how to make one.
+
+        What is not read from the observation is never computed, so images are free until asked
+        for, and are rendered whenever they are.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no next_action()")
+
     def seed(self, seed: int) -> None:
         """Where a controller's randomness comes from; the same seed must give the same play."""
 
-    def get_state(self) -> State:
+    def resume_intrinsic_phase(self, experience: Experience) -> None:
+        """Free play goes on after a cut, with what was recorded up to it.
+
+        So memories of what was seen need not be part of the state.
+        """
+
+    def get_state(self) -> ControllerState:
         """All that is needed to go on from here: generators, learned weights, counters."""
         return {}
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on from what :meth:`get_state` gave."""
 
     def use_experience(self, experience: Experience) -> None:
@@ -125,18 +147,6 @@ class BasePolicy:
         again before the tests, after :meth:`set_state`: for a controller that did not play itself
         this is the time to learn.
         """
-
-
-class Controller(BasePolicy):
-    """A controller that decides on whole actions, lasting many steps each."""
-
-    def next_action(self, observation: Mapping[str, Any]) -> Action:
-        """The next action; see :class:`real_bench.actions.Action` for how to make one.
-
-        What is not read from the observation is never computed, so images are free until asked
-        for, and are rendered whenever they are.
-        """
-        raise NotImplementedError(f"{type(self).__name__} has no next_action()")
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action, for ``realbench extrinsic --explain``; None: no comment."""

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import gymnasium
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from real_bench.actions import wants_render
 from real_bench.conditions import Condition
-from real_bench.errors import RealBenchError
+from real_bench.errors import RealBenchError, SceneError
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.scoring.metric import goal_score
@@ -34,9 +35,10 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
 
     Args:
         condition: two letters, O or I and M, J or C (paper, section Simplifications).
-        objects: number of objects, 1 to 3.
+        objects: number of objects, 1 to as many as the scene has (the shipped ones: 3).
         scene: ``official``, ``builtin`` or the path of a manifest.
-        goals: a goal set or its file, for the extrinsic phase.
+        goals: a goal set or its file, for the extrinsic phase; with a file, the environment's spec
+            can be written as JSON.
         max_steps: steps until truncation, where it is not to be the phase's own length.
         render_mode: ``rgb_array`` (the robot's camera) or ``human`` (pybullet's window).
 
@@ -56,6 +58,7 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         max_steps: int | None = None,
         render_mode: str | None = None,
     ) -> None:
+        self._spec: EnvSpec | None = None
         loaded = load_scene(scene)
         goal_set = load_goal_set(Path(goals)) if isinstance(goals, str | Path) else goals
         if goal_set is not None:
@@ -98,6 +101,23 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
     def close(self) -> None:
         """Close the simulation."""
         self._task.close()
+
+    def __copy__(self) -> NoReturn:
+        raise SceneError("one world cannot be behind two objects: make another environment")
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What gymnasium made it of; paths are text there, as JSON has none."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        if spec is not None:
+            spec.kwargs = {
+                name: str(value) if isinstance(value, Path) else value
+                for name, value in spec.kwargs.items()
+            }
+        self._spec = spec
 
     def _choose_goal(self, options: Mapping[str, Any]) -> Goal | None:
         if self._goal_set is None:

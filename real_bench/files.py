@@ -1,21 +1,25 @@
-"""Files that appear whole, and outputs that are never overwritten unasked."""
+"""Files that appear whole, and outputs that are tried before any work is done."""
 
 from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 import stat
-import subprocess
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
-from filelock import FileLock, Timeout
-
 from real_bench.errors import RealBenchError
+
+MOUNTS = Path("/proc/self/mountinfo")
+KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+}
 
 
 class OutputError(RealBenchError):
@@ -24,21 +28,43 @@ class OutputError(RealBenchError):
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or, after any failure, as it was before."""
-    path = path.resolve()  # a link stays a link
-    try:
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    with replacing(path) as hidden, hidden.open("wb") as file:
+        file.write(content)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """An empty hidden file that takes the place of a file once it is written.
+
+    After any failure the file is as it was before. It keeps its mode (a new one has what the umask
+    leaves); another name of it, a hard link, goes on naming what was there. A link to a file stays
+    a link.
+
+    Raises:
+        OutputError: it cannot be written, or is there and not a file.
+    """
+    with _told(f"cannot write {path}"):
+        found = _status(path)
+        if found is not None and not stat.S_ISREG(found.st_mode):
+            raise OutputError(f"{path} is {_kind(found)}, not a file")
+        real = real_path(path)
+        hidden = real.with_name(f".{uuid4().hex[:12]}{real.suffix}")
+        os.close(os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if found else 0o666))
         try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(temporary).chmod(0o644)
-            Path(temporary).replace(path)
+            if found is not None:
+                hidden.chmod(stat.S_IMODE(found.st_mode))
+            yield hidden
+            with hidden.open("rb") as written:
+                os.fsync(written.fileno())
+            hidden.replace(real)
         except BaseException:
-            Path(temporary).unlink(missing_ok=True)
+            hidden.unlink(missing_ok=True)
             raise
-    except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+def real_path(path: Path) -> Path:
+    """Where a file is, all links followed; one that leads to itself is told when it is opened."""
+    return Path(os.path.realpath(path))
 
 
 def file_sha256(path: Path) -> str:
@@ -50,76 +76,182 @@ def file_sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-@contextmanager
-def write_lock(path: Path) -> Iterator[None]:
-    """Be the only process that writes a file; raises OutputError where another one does.
-
-    The lock dies with the process that holds it.
-    """
-    real = path.resolve()
-    lock = FileLock(real.with_name(f".{real.name}.lock"), timeout=0)
-    try:
-        lock.acquire()
-    except Timeout as error:
-        raise OutputError(f"{path} is being written by another process") from error
-    except OSError as error:
-        raise OutputError(f"cannot write into {path.parent}: {error.strerror or error}") from error
-    try:
-        yield
-    finally:
-        Path(lock.lock_file).unlink(missing_ok=True)
-        lock.release()
-
-
-@contextmanager
-def own_folder(prefix: str) -> Iterator[Path]:
-    """A new temporary folder that does not outlive its use.
-
-    Where a process is killed that had one, the next call with the same prefix removes it. Raises
-    OutputError where there can be none.
-    """
-    place = Path(tempfile.gettempdir()).resolve()
-    for left in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
-        with suppress(OSError, OutputError):
-            found = left.lstat()
-            if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
-                with write_lock(left):  # refused where it is still in use
-                    _remove(left)
-    folder = place / f"{prefix}{uuid4().hex}"
-    with write_lock(folder):
-        try:
-            folder.mkdir(mode=0o700)
-        except OSError as error:
-            raise OutputError(f"cannot make {folder}: {error.strerror or error}") from error
-        try:
-            yield folder
-        finally:
-            _remove(folder)
-
-
-def _remove(folder: Path) -> None:
-    """Remove a folder, whatever a stranger has put into it; fails in silence."""
-    with suppress(OSError, RecursionError):
-        return shutil.rmtree(folder)
-    for command in (["chmod", "-R", "u+rwx"], ["rm", "-rf"]):  # however deep, and closed
-        with suppress(OSError):
-            subprocess.run([*command, "--", str(folder)], capture_output=True, check=False)
-
-
 def check_output(
     path: Path, *, overwrite: bool, remedy: str = "--overwrite", option: str = "--out"
 ) -> None:
     """Find out before any work is done whether a file can be written.
 
     Raises:
-        OutputError: it exists and must not be overwritten, or its folder cannot be written.
+        OutputError: it exists and must not be overwritten, cannot be replaced, or is not a file.
     """
-    if path.is_dir():
-        raise OutputError(f"{path} is a folder, not a file")
-    if path.exists() and not overwrite:
-        raise OutputError(f"{path} exists: use {remedy}, or another {option}")
+    with _told(f"cannot write {path}"):
+        found = _status(path)
+        if found is not None:
+            if not stat.S_ISREG(found.st_mode):
+                raise OutputError(f"{path} is {_kind(found)}, not a file")
+            if not overwrite:
+                raise OutputError(f"{path} exists: use {remedy}, or another {option}")
+            _check_replaceable(path, found)
+        parent = real_path(path).parent if path.is_symlink() else path.parent
+    check_folder(parent)
+
+
+def check_folder(folder: Path, *, make: bool = False) -> None:
+    """Find out before any work is done whether files can be written into a folder.
+
+    Args:
+        folder: the folder.
+        make: make it where there is none.
+
+    Raises:
+        OutputError: they cannot.
+    """
+    with _told(f"cannot write into {folder}"):
+        if make:
+            folder.mkdir(parents=True, exist_ok=True)
+        tried = real_path(folder) / f".{uuid4().hex[:12]}"
+        tried.touch(exist_ok=False)
+        tried.unlink()
+
+
+class Output:
+    """What is written once, at the end of the work, and open or tried from its beginning.
+
+    A device or a pipe, such as /dev/stdout, is written to as it is.
+
+    Args:
+        path: where to.
+        append: go on where the file ends, in place, as several steps of a job do.
+        overwrite: replace a file where there is one; one that is appended to stays.
+        option: that names it, for messages.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+
+    def __init__(
+        self, path: Path, *, append: bool = False, overwrite: bool = False, option: str = "--out"
+    ) -> None:
+        self._path, self._handle = path, -1
+        with _told(f"cannot write {path}"):
+            found = _status(path)
+            is_file = found is None or stat.S_ISREG(found.st_mode)
+            if append or not is_file:
+                self._handle = self._opened(found)
+            elif (handle := _ours(found)) is not None:
+                self._handle = handle
+            else:
+                check_output(path, overwrite=overwrite, option=option)
+        self._is_new = append and found is None
+
+    def write(self, content: bytes) -> None:
+        """Write all of it, or raise OutputError with a file as it was before."""
+        if self._handle < 0:
+            return write_whole(self._path, content)
+        with _told(f"cannot write {self._path}"):
+            before = os.fstat(self._handle)
+            left = memoryview(content)
+            try:
+                while left:
+                    left = left[os.write(self._handle, left) :]
+            except OSError:
+                if stat.S_ISREG(before.st_mode):
+                    with suppress(OSError):
+                        os.ftruncate(self._handle, before.st_size)
+                raise
+            self._is_new = False
+
+    def close(self) -> None:
+        """Close it; a file that was made to be appended to, and was not, is removed."""
+        if self._handle >= 0:
+            os.close(self._handle)
+            self._handle = -1
+        if self._is_new:
+            self._path.unlink(missing_ok=True)
+
+    def __enter__(self) -> Output:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _opened(self, found: os.stat_result | None) -> int:
+        if found is not None:
+            ours = _ours(found)
+            if ours is not None:
+                return ours
+            if stat.S_ISDIR(found.st_mode):
+                raise OutputError(f"{self._path} is a folder, not a file")
+            if stat.S_ISREG(found.st_mode):
+                _check_writable(self._path, found)
+        how = os.O_WRONLY | os.O_APPEND | (os.O_CREAT if found is None else 0)
+        try:
+            handle = os.open(self._path, how | os.O_NONBLOCK | os.O_NOCTTY, 0o666)
+        except OSError as error:
+            if found is not None and stat.S_ISFIFO(found.st_mode):
+                raise OutputError(f"{self._path} is a pipe that nobody reads") from error
+            raise
+        os.set_blocking(handle, True)
+        return handle
+
+
+def _ours(found: os.stat_result | None) -> int | None:
+    """A second handle of our own standard output or error, where that is the file.
+
+    Opened by its name a file would be written over, since each handle has its own place in it.
+    """
+    for handle in (1, 2):
+        with suppress(OSError):
+            if found is not None and os.path.samestat(found, os.fstat(handle)):
+                return os.dup(handle)
+    return None
+
+
+def _check_replaceable(path: Path, found: os.stat_result) -> None:
+    _check_writable(path, found)
+    if (ours := _ours(found)) is not None:
+        os.close(ours)
+        raise OutputError(f"{path} is where this command prints to: use another file")
+    if _is_mounted(real_path(path)):
+        raise OutputError(
+            f"{path} is mounted by itself and cannot be replaced: mount the folder that it is in"
+        )
+
+
+def _check_writable(path: Path, found: os.stat_result) -> None:
+    """Refuse what somebody protected, even where root could write it."""
+    if not found.st_mode & 0o222 or not os.access(path, os.W_OK):
+        raise OutputError(f"{path} is read-only: make it writable (chmod u+w), or use another file")
+
+
+def _is_mounted(file: Path) -> bool:
+    """Whether a file is a mount point of its own, as a container may have it."""
     try:
-        with tempfile.TemporaryFile(dir=path.parent):
-            pass
-    except OSError as error:
-        raise OutputError(f"cannot write into {path.parent}: {error.strerror or error}") from error
+        lines = MOUNTS.read_bytes().splitlines()
+    except OSError:  # another system
+        return False
+    escaped = os.fsencode(file)
+    for letter in (b"\\", b" ", b"\t", b"\n"):
+        escaped = escaped.replace(letter, b"\\%03o" % ord(letter))
+    return any(line.split(b" ")[4] == escaped for line in lines)
+
+
+def _status(path: Path) -> os.stat_result | None:
+    """What there is, links followed; None where there is nothing."""
+    try:
+        return path.stat()
+    except FileNotFoundError:
+        return None
+
+
+def _kind(found: os.stat_result) -> str:
+    return KINDS.get(stat.S_IFMT(found.st_mode), "no file")
+
+
+@contextmanager
+def _told(what: str) -> Iterator[None]:
+    """Turn the system's errors into ours."""
+    try:
+        yield
+    except (OSError, ValueError) as error:  # a name may hold what no file name can
+        raise OutputError(f"{what}: {getattr(error, 'strerror', None) or error}") from error

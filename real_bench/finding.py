@@ -1,4 +1,4 @@
-"""Find a controller's class: by name, as ``module:Class``, or in a file."""
+"""Load a controller's class: by name, as ``module:Class``, or from a file."""
 
 from __future__ import annotations
 
@@ -6,105 +6,59 @@ import importlib
 import importlib.util
 import inspect
 import sys
-import traceback
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from real_bench.blame import blame
 from real_bench.controller import BasePolicy, Controller
-from real_bench.errors import ControllerError, RealBenchError
-from real_bench.files import file_sha256
+from real_bench.errors import ControllerError
+from real_bench.source import ControllerSource, installed, is_left_out
 
-GROUP = "real_bench.controllers"
+SUBMITTED = "SubmittedPolicy"
+"""The official name of the class that a file submits."""
+
+LOADED_AS = "real_bench_user_"
+"""What the modules of controller files are called, before their own name."""
+
+NEVER_SHADOWED = frozenset({"real_bench", "real_robots"})
 
 
 def find_controller(spec: str) -> type[Any]:
     """The class that ``spec`` names.
 
     ``spec`` is the name of an installed controller (``real_r``), ``package.module:Class``, or
-    ``path/to/file.py`` with ``:Class`` where the file defines more than one controller.
+    ``path/to/file.py``, with ``:Class`` where the file neither says ``SubmittedPolicy = ...`` nor
+    defines exactly one class that is derived from ours.
 
     Raises:
         ControllerError: it does not exist or cannot be loaded, with file, line and reason.
     """
     _offer_official_import()
-    target, _, class_name = spec.partition(":")
-    if target.endswith(".py"):
-        return _pick_class(_load_file(Path(target).resolve(), spec), class_name, spec)
-    if class_name:
-        return _pick_class(_load_module(target, spec), class_name, spec)
-    return _load_named(spec)
+    source = ControllerSource.of(spec)
+    if source.file is not None:
+        module = _load_file(source.file, source.place, spec)
+    elif source.spec.endswith(f":{source.class_name}"):
+        module = _load_module(source)
+    else:
+        return _load_installed(source)
+    named = getattr(module, source.class_name, None) if source.class_name else _chosen(module, spec)
+    if named is None:
+        raise ControllerError(f"controller {spec}: there is no class {source.class_name} in it")
+    return _checked(named, spec)
 
 
-def resolved(spec: str) -> str:
-    """The same controller as seen from any folder: a file by its whole path."""
-    target, _, class_name = spec.partition(":")
-    if not target.endswith(".py"):
-        return spec
-    return f"{Path(target).resolve()}{':' if class_name else ''}{class_name}"
-
-
-def controller_file(spec: str) -> Path | None:
-    """The file that a controller is in, found without running it; None where that is not known.
-
-    Known are files, and the modules of installed controllers.
-    """
-    target, _, _ = spec.partition(":")
-    path = Path(target)
-    if not target.endswith(".py"):
-        modules = [offer.module for offer in entry_points(group=GROUP) if offer.name == spec]
-        with suppress(ImportError):
-            found = importlib.util.find_spec(modules[0]) if modules else None
-            path = Path(found.origin or "") if found else path
-    return path if path.is_file() else None
-
-
-def code_beside(file: Path) -> Iterator[Path]:
-    """Python files and packages beside a file; no links, which could lead anywhere."""
-    for path in sorted(file.parent.iterdir()):
-        if path.is_symlink() or path == file:
-            continue
-        if (path.suffix == ".py" and path.is_file()) or (path / "__init__.py").is_file():
-            yield path
-
-
-def is_defined_by(file: Path, sha256: str) -> bool:
-    """Whether this file, or one beside it, has the hash of the file that defines a controller.
-
-    Found without running any of it.
-    """
-    beside = (path for place in code_beside(file) for path in (place, *place.rglob("*.py")))
-    return any(path.is_file() and file_sha256(path) == sha256 for path in (file, *beside))
-
-
-def is_installed(spec: str) -> bool:
-    """Whether it is the name of an installed controller: code that the user trusts already."""
-    return any(offer.name == spec for offer in entry_points(group=GROUP))
-
-
-def installed(name: str) -> EntryPoint:
-    """Where an installed controller is; raises ControllerError where there is none of that name."""
-    offers = {offer.name: offer for offer in entry_points(group=GROUP)}
-    if name not in offers:
-        raise ControllerError(
-            f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
-            "module:Class, or path/to/file.py[:Class]"
-        )
-    return offers[name]
-
-
-def shown_name(controller: str) -> str:
-    """A controller's name as the paper writes it; of one in a file its class, or the file."""
-    target, _, class_name = controller.partition(":")
-    if class_name:
-        return class_name
-    if target.endswith(".py"):
-        return Path(target).stem
-    return target.upper().replace("_", "-") if target.startswith("real_") else target
+def controller_folders() -> set[str]:
+    """The folders of the controller files that this process has loaded, which it imports from."""
+    files = {name: getattr(module, "__file__", None) for name, module in sys.modules.items()}
+    return {
+        str(Path(file).parent)
+        for name, file in files.items()
+        if file and name.startswith(LOADED_AS)
+    }
 
 
 def source_file(controller: type[Any]) -> Path | None:
@@ -115,95 +69,119 @@ def source_file(controller: type[Any]) -> Path | None:
         return None
 
 
-def source_sha256(controller: type[Any]) -> str:
-    """The hash of the file that defines a controller's class; empty where there is none."""
-    file = source_file(controller)
-    return file_sha256(file) if file else ""
+def keeps_our_contract(controller: type[Any]) -> bool:
+    """Whether a class has our hooks beside the official ones: it is derived from Controller.
+
+    Another class may well have a method of the same name that means something else.
+    """
+    return issubclass(controller, Controller)
 
 
 def is_action_level(controller: type[Any]) -> bool:
     """Whether a class decides on whole actions (else: one call a step)."""
-    method = getattr(controller, "next_action", None)
-    return method is not None and method is not Controller.next_action
+    return keeps_our_contract(controller) and controller.next_action is not Controller.next_action
 
 
-def blame(error: BaseException, file: str | None = None) -> str:
-    """What happened and where, in one line: the deepest place in ``file``, or anywhere."""
-    if isinstance(error, SyntaxError):
-        return f"{error.filename}, line {error.lineno}: {error.msg}"
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if frame.filename == file] or list(frames)
-    place = f"{own[-1].filename}, line {own[-1].lineno}: " if own else ""
-    text = " ".join(str(error).split())
-    return f"{place}{type(error).__name__}{': ' if text else ''}{text}"
+def has_own(controller: type[Any], hook: str) -> bool:
+    """Whether a class defines one of our hooks itself."""
+    return keeps_our_contract(controller) and getattr(controller, hook) is not getattr(
+        Controller, hook
+    )
 
 
-def says_enough(error: BaseException, file: str | None) -> bool:
-    """Whether an error of ours needs no place: ``file`` raised it, or had nothing to do with it."""
-    files = [frame.filename for frame in traceback.extract_tb(error.__traceback__)]
-    return isinstance(error, RealBenchError) and (file not in files or files[-1] == file)
-
-
-def _load_named(name: str) -> type[Any]:
-    offer = installed(name)
+def _load_installed(source: ControllerSource) -> type[Any]:
     try:
-        loaded = offer.load()
+        loaded = installed(source.spec).load()
     except (Exception, SystemExit) as error:
-        raise ControllerError(f"controller {name} cannot be loaded: {blame(error)}") from error
-    return _checked(loaded, name)
+        raise _unloadable(source, error) from error
+    return _checked(loaded, source.spec)
 
 
-def _load_module(name: str, spec: str) -> ModuleType:
+def _load_module(source: ControllerSource) -> ModuleType:
     try:
-        return importlib.import_module(name)
+        return importlib.import_module(source.module)
     except (Exception, SystemExit) as error:
-        raise ControllerError(f"controller {spec} cannot be loaded: {blame(error)}") from error
+        raise _unloadable(source, error) from error
+
+
+def _unloadable(source: ControllerSource, error: BaseException) -> ControllerError:
+    return ControllerError(f"controller {source.spec} cannot be loaded: {blame(error)}")
 
 
 @cache
-def _load_file(path: Path, spec_given: str) -> ModuleType:
+def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
     """The module of a file, run once in a process however often it is asked for."""
-    if not path.is_file():
-        raise ControllerError(f"the controller file {spec_given.partition(':')[0]} does not exist")
-    name = f"real_bench_user_{path.stem}"
+    name = f"{LOADED_AS}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ControllerError(f"the controller file {path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # so that its classes can be copied and its dataclasses resolved
-    folder = str(path.parent.resolve())
-    if folder not in sys.path:  # a file may import its neighbours
-        sys.path.append(folder)
+    if str(folder) not in sys.path:  # first, as where a script is run: its neighbours are meant
+        sys.path.insert(0, str(folder))
     try:
-        spec.loader.exec_module(module)
+        with _without_namesakes(folder):
+            spec.loader.exec_module(module)
     except BaseException as error:
         del sys.modules[name]
         if isinstance(error, KeyboardInterrupt):
             raise
         raise ControllerError(
-            f"controller {spec_given} cannot be loaded: {blame(error, str(path))}"
+            f"controller {spec_given} cannot be loaded: {blame(error, folder)}"
         ) from error
     return module
 
 
-def _pick_class(module: ModuleType, class_name: str, spec: str) -> type[Any]:
-    if class_name:
-        if not hasattr(module, class_name):
-            raise ControllerError(f"controller {spec}: there is no class {class_name} in it")
-        return _checked(getattr(module, class_name), spec)
-    own = [
-        value
-        for value in vars(module).values()
-        if inspect.isclass(value) and value.__module__ == module.__name__ and _plays(value)
-    ]
-    own = list(dict.fromkeys(own))  # a class may have two names
-    if len(own) != 1:
-        found = ", ".join(value.__name__ for value in own) or "none"
-        raise ControllerError(
-            f"controller {spec}: exactly one class with step() or next_action() was expected, "
-            f"found {found}; name it as {spec}:Class"
-        )
-    return _checked(own[0], spec)
+@contextmanager
+def _without_namesakes(folder: Path) -> Iterator[None]:
+    """Have imports find what lies in a folder, even where another module of that name is loaded.
+
+    Whoever loaded that one keeps it.
+    """
+    beside = {path.stem for path in folder.iterdir() if not is_left_out(path) and _is_module(path)}
+    taken = {
+        name: module
+        for name, module in sys.modules.items()
+        if name.partition(".")[0] in beside - NEVER_SHADOWED and not _lies_in(module, folder)
+    }
+    for name in taken:
+        del sys.modules[name]
+    try:
+        yield
+    finally:
+        sys.modules.update(taken)
+
+
+def _is_module(path: Path) -> bool:
+    return path.suffix == ".py" if path.is_file() else any(path.glob("*.py"))
+
+
+def _lies_in(module: Any, folder: Path) -> bool:
+    file = getattr(module, "__file__", None)
+    return isinstance(file, str) and Path(file).is_relative_to(folder)
+
+
+def _chosen(module: ModuleType, spec: str) -> Any:
+    """What a file submits: ``SubmittedPolicy``, or its one class that is derived from ours."""
+    if hasattr(module, SUBMITTED):
+        return getattr(module, SUBMITTED)
+    own = list(dict.fromkeys(_classes(module, BasePolicy)))  # a class may have two names
+    if len(own) == 1:
+        return own[0]
+    found = ", ".join(value.__name__ for value in own) or "none"
+    others = [value.__name__ for value in _classes(module, object) if _plays(value)]
+    which = f" ({', '.join(others)} could be meant)" if others and not own else ""
+    raise ControllerError(
+        f"controller {spec}: exactly one class derived from Controller or BasePolicy was expected, "
+        f"found {found}{which}; name it as {spec}:Class, or say {SUBMITTED} = Class in the file"
+    )
+
+
+def _classes(module: ModuleType, base: type[Any]) -> Iterator[type[Any]]:
+    for value in vars(module).values():
+        is_own = inspect.isclass(value) and value.__module__ == module.__name__
+        if is_own and issubclass(value, base):
+            yield value
 
 
 def _checked(loaded: Any, spec: str) -> type[Any]:
@@ -220,14 +198,7 @@ def _plays(value: type[Any]) -> bool:
 
 
 def _offer_official_import() -> None:
-    """Let a controller say ``from real_robots.policy import BasePolicy``.
+    """Let a controller import ``real_robots``: ours, also where the official one is installed."""
+    from real_bench import compat
 
-    The official package no longer imports, so its name is free for this one class.
-    """
-    if "real_robots" in sys.modules:
-        return
-    package, policy = ModuleType("real_robots"), ModuleType("real_robots.policy")
-    policy.BasePolicy = BasePolicy  # type: ignore[attr-defined]
-    package.policy = policy  # type: ignore[attr-defined]
-    package.__path__ = []
-    sys.modules |= {"real_robots": package, "real_robots.policy": policy}
+    compat.install(replace=True)

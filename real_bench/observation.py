@@ -21,6 +21,7 @@ class Observation(Mapping[str, Any]):
         senses: how each value is computed.
         dark: the keys of images that the camera did not take; they are zeros.
         world: the number of the world that it is of; within one, nothing about the goal changes.
+        has_goal: whether there is a goal; else what is said of it is zeros.
 
     ``dark`` and ``world`` are for who takes it elsewhere: what they tell need not be carried.
     """
@@ -30,8 +31,9 @@ class Observation(Mapping[str, Any]):
         senses: Mapping[str, Callable[[], Any]],
         dark: frozenset[str] = frozenset(),
         world: int = 0,
+        has_goal: bool = False,
     ) -> None:
-        self.dark, self.world = dark, world
+        self.dark, self.world, self.has_goal = dark, world, has_goal
         self._senses = senses
         self._seen: dict[str, Any] = {}
         self._past = False

@@ -1,11 +1,39 @@
-"""What a stranger's file says, fit for a line of ours."""
+"""What a stranger says, fit for a line of ours, a terminal, or Markdown.
+
+A controller, its name and its errors, settings, results, recordings and experiments may all come
+from strangers. HTML is escaped by its template, XML by its library.
+"""
 
 from __future__ import annotations
 
+import re
+
 LONGEST = 80
+
+_MARKS = re.compile(
+    r"([\\`*\[\]<>&|~#!@$^{}]|(?<![a-z0-9])_|_(?![a-z0-9]))|(?<=[:/])(?=/)|(?<=www)(?=\.)",
+    re.IGNORECASE,
+)
+"""What begins a mark, a table's cell, an address or a name that GitHub notifies. An underscore
+within a word is none, nor are round brackets without square ones."""
+_BEGINNINGS = re.compile(r"^(\d*)(?=[-+.)](?:\s|$)|[-=]+\s*$)")
+"""What makes a line an item of a list, or the line above it a heading."""
 
 
 def quoted(text: str, longest: int = LONGEST) -> str:
     """A text in one short line, without what a terminal might obey."""
     short = text if len(text) <= longest else text[: longest - 3] + "..."
-    return "".join(letter if letter.isprintable() else "?" for letter in short)
+    return printable(short).replace("\n", "?").replace("\t", "?")
+
+
+def printable(text: str) -> str:
+    """A text without what would move the cursor of a terminal; lines stay lines."""
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
+
+
+def markdown(text: str) -> str:
+    """A text in one line that Markdown shows as it is."""
+    line = printable(" ".join(text.split()))
+    return _BEGINNINGS.sub(r"\1\\", _MARKS.sub(lambda mark: "\\" + mark[0], line))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,10 @@ def settings_class(controller: type[Any]) -> type[Settings] | None:
     if found is None:
         return None
     if not (isinstance(found, type) and issubclass(found, Settings)):
+        from real_bench.controller import Controller
+
+        if not issubclass(controller, Controller):  # the name means something else there
+            return None
         raise ControllerError(
             f"{controller.__name__}.Settings must derive from real_bench.settings.Settings"
         )
@@ -55,9 +60,44 @@ def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) 
 
 
 def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]) -> Values:
-    """The settings of a controller as plain values, defaults included, to be kept in files."""
+    """The settings of a controller as plain values, defaults included, to be kept in files.
+
+    Raises:
+        ControllerError: they are wrong, or would not be the same when they are read again.
+    """
     settings = check_settings(controller, spec, values)
-    return {} if settings is None else settings.model_dump(mode="json")
+    if settings is None:
+        return {}
+    try:
+        kept: Values = json.loads(json.dumps(settings.model_dump(mode="json"), allow_nan=False))
+        again = type(settings).model_validate(kept)
+    except ValidationError as error:
+        reason = faults(error)
+    except (ValueError, TypeError) as error:  # what JSON cannot hold
+        reason = " ".join(str(error).split())
+    else:
+        if again == settings:
+            return kept
+        changed = [
+            name
+            for name in type(settings).model_fields
+            if getattr(again, name) != getattr(settings, name)
+        ]
+        reason = f"{', '.join(changed)} would be another one"
+    raise ControllerError(
+        f"controller {spec}: its settings do not survive being written and read: {reason} "
+        "(its fields need no alias, no exclude, and no computed field beside them)"
+    )
+
+
+def as_validated(full: Mapping[str, Any], asked: Mapping[str, Any]) -> Values:
+    """Of settings in full, those that were asked for, as the controller has them."""
+    found: Values = {}
+    for name, value in asked.items():
+        kept = full.get(name, value)
+        both = isinstance(kept, Mapping) and isinstance(value, Mapping)
+        found[name] = as_validated(kept, value) if both else kept
+    return found
 
 
 def read_settings(file: Path | None, assignments: Iterable[str]) -> Values:

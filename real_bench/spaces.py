@@ -15,24 +15,8 @@ UNIT = 1.0 + 1e-6  # a component of a unit quaternion, with room for rounding
 
 def action_space(scene: Scene, condition: Condition) -> spaces.Dict:
     """The official action dict of a condition; a command may also be None."""
-    limits = scene.manifest.limits
-    low, high = np.array(limits.command_low), np.array(limits.command_high)
-    commands: dict[str, dict[str, spaces.Space[Any]]] = {
-        "J": {"joint_command": _box(low, high)},
-        "C": {
-            "cartesian_command": _box(
-                np.array([*limits.cartesian_low, -1, -1, -1, -1]),
-                np.array([*limits.cartesian_high, 1, 1, 1, 1]),
-            ),
-            "gripper_command": _box(low[7:], high[7:]),
-        },
-        "M": {
-            "macro_action": _box(
-                np.array([limits.macro_low] * 2), np.array([limits.macro_high] * 2)
-            )
-        },
-    }
-    return spaces.Dict({**commands[condition.control], "render": spaces.MultiBinary(1)})
+    boxes = condition.control_type.boxes(scene.manifest.limits)
+    return spaces.Dict({**boxes, "render": spaces.MultiBinary(1)})
 
 
 def observation_space(scene: Scene, condition: Condition, n_objects: int) -> spaces.Dict:
@@ -55,10 +39,6 @@ def observation_space(scene: Scene, condition: Condition, n_objects: int) -> spa
             "goal_positions": _each(names, -np.inf, np.inf, 3),
         }
     return spaces.Dict(seen)
-
-
-def _box(low: np.ndarray[Any, Any], high: np.ndarray[Any, Any]) -> spaces.Box:
-    return spaces.Box(low.astype(np.float64), high.astype(np.float64), dtype=np.float64)
 
 
 def _each(names: tuple[str, ...], low: float, high: float, size: int) -> spaces.Dict:

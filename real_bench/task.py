@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import Action, Command, action_segments, make_control
+from real_bench.actions import Action, Command, action_segments
 from real_bench.conditions import Condition
-from real_bench.errors import PhysicsError
+from real_bench.errors import PhysicsError, SceneError
 from real_bench.goal_sets import Goal
 from real_bench.observation import CAMERA_KEYS, Observation
 from real_bench.simulation import Image, Segment, Simulation
@@ -27,7 +27,7 @@ class Task:
     Args:
         scene: the scene.
         condition: what is perceived and how the robot is controlled.
-        n_objects: 1 to 3.
+        n_objects: 1 to as many as the scene has.
         gui: show pybullet's window.
     """
 
@@ -36,7 +36,7 @@ class Task:
     ) -> None:
         self.condition = condition
         self.simulation = Simulation(scene, n_objects, gui=gui)
-        self.control = make_control(condition.control)
+        self.control = condition.control_type()
         self.action_space = action_space(scene, condition)
         self.observation_space = observation_space(scene, condition, n_objects)
         self.goal: Goal | None = None
@@ -92,8 +92,11 @@ class Task:
         self._expire()
         senses = self._senses(self._shutter(render))
         dark = frozenset() if render else CAMERA_KEYS & senses.keys()
-        self._observation = Observation(senses, dark, self._n_worlds)
+        self._observation = Observation(senses, dark, self._n_worlds, self.goal is not None)
         return self._observation
+
+    def __copy__(self) -> NoReturn:
+        raise SceneError("one world cannot be behind two objects: make another task")
 
     def close(self) -> None:
         """Let go of the simulation."""

@@ -1,9 +1,15 @@
-"""YAML as plain data, from files that may come from strangers, with every fault in one line."""
+"""YAML as plain data, from files that may come from strangers, with every fault in one line.
+
+Scalars are read as YAML 1.2 has them (its core schema), and as people do: 010 is ten, 1e-3 a
+number; 12:30:00, 2026-01-01 and yes are text. What is given twice is refused.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Hashable
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -11,15 +17,79 @@ from real_bench.errors import RealBenchError
 
 MAX_LETTERS = 50_000
 
+_BASES = {"0o": 8, "0x": 16}
+
 
 class _Loader(yaml.SafeLoader):
-    """Reads no aliases: with these, a hundred bytes describe more than any memory holds."""
+    """The core schema of YAML 1.2, each name once, and no aliases.
+
+    With aliases, a hundred bytes describe more than any memory holds.
+    """
+
+    yaml_implicit_resolvers = {}  # noqa: RUF012
+    yaml_constructors: ClassVar[dict[str | None, Any]] = {}
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
             raise yaml.YAMLError("aliases (*name) are not read: write it out")
         node: yaml.Node | None = super().compose_node(parent, index)
         return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        values: dict[Hashable, Any] = {}
+        for key_node, value_node in node.value:
+            key = self.construct_object(key_node, deep=True)
+            where = key_node.start_mark
+            if not isinstance(key, Hashable):
+                raise yaml.constructor.ConstructorError(None, None, "a name is no text", where)
+            if key in values:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"{key} is given twice, the second time", where
+                )
+            values[key] = self.construct_object(value_node, deep=deep)
+        return values
+
+    def construct_map(self, node: yaml.MappingNode) -> dict[Hashable, Any]:
+        return self.construct_mapping(node, deep=True)
+
+    def construct_list(self, node: yaml.SequenceNode) -> list[Any]:
+        return self.construct_sequence(node, deep=True)
+
+    def construct_int(self, node: yaml.ScalarNode) -> int:
+        text = str(self.construct_scalar(node))
+        base = _BASES.get(text[:2], 10)
+        return int(text if base == 10 else text[2:], base)
+
+    def construct_float(self, node: yaml.ScalarNode) -> float:
+        return float(re.sub(r"\.(?=inf|nan)", "", str(self.construct_scalar(node)).lower()))
+
+
+_SCALARS = {
+    "null": (r"~|null|Null|NULL|", "~nN"),
+    "bool": (r"true|True|TRUE|false|False|FALSE", "tTfF"),
+    "int": (r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", "-+0123456789"),
+    "float": (
+        r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?"
+        r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+        "-+.0123456789",
+    ),
+}
+"""How each kind is written, and what it may begin with; the first that fits counts."""
+
+for _name, (_written, _first) in _SCALARS.items():
+    _Loader.add_implicit_resolver(
+        f"tag:yaml.org,2002:{_name}", re.compile(f"^(?:{_written})$"), [*_first, ""]
+    )
+_Loader.yaml_constructors |= {
+    "tag:yaml.org,2002:null": _Loader.construct_yaml_null,
+    "tag:yaml.org,2002:bool": _Loader.construct_yaml_bool,
+    "tag:yaml.org,2002:int": _Loader.construct_int,
+    "tag:yaml.org,2002:float": _Loader.construct_float,
+    "tag:yaml.org,2002:str": _Loader.construct_yaml_str,
+    "tag:yaml.org,2002:seq": _Loader.construct_list,
+    "tag:yaml.org,2002:map": _Loader.construct_map,
+    None: _Loader.construct_undefined,
+}
 
 
 def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str, Any]:
@@ -31,11 +101,11 @@ def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str
         fault: raised where it cannot be read.
     """
     try:
-        with file.open(encoding="utf-8") as opened:
+        with file.open(encoding="utf-8-sig") as opened:
             text = opened.read(MAX_LETTERS + 1)
     except FileNotFoundError as error:
-        raise fault(f"{what} {file} does not exist") from error
-    except (OSError, UnicodeDecodeError) as error:
+        raise fault(f"{what} was not found: {file}") from error
+    except (OSError, ValueError) as error:
         raise fault(f"{what} {file} cannot be read: {error}") from error
     values = parse(text, f"{what} {file}", fault)
     if values is None:  # an empty file, or nothing but comments
@@ -52,6 +122,6 @@ def parse(text: str, source: str, fault: type[RealBenchError]) -> Any:
     try:
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:
-        # some scalars, such as a date in month 13, break YAML's reader in its own ways
-        told = " ".join(str(error).split()) or type(error).__name__
+        told = " ".join(str(error).replace('in "<unicode string>", ', "in ").split())
+        told = told or type(error).__name__
         raise fault(f"{source}: {told}") from error

@@ -14,13 +14,11 @@ from real_bench.actions import (
     ACTION_STEPS,
     VIA_POINT_STEPS,
     Action,
-    CartesianControl,
-    JointControl,
-    MacroControl,
     action_segments,
     check_action,
-    plan_macro,
 )
+from real_bench.controls import CartesianControl, JointControl, MacroControl
+from real_bench.controls.macro import plan_macro, push_points
 from real_bench.errors import ActionError
 from real_bench.simulation import HOME, Scene, Simulation
 
@@ -189,3 +187,9 @@ def test_what_is_commanded_is_what_is_executed(points: np.ndarray) -> None:
 def test_what_is_commanded_of_a_macro_is_the_macro() -> None:
     macro = Action.macro([[0.0, 0.1], [-0.2, 0.3]])
     assert macro.commanded([0, 500, 1000]).tolist() == [[0.0, 0.1, -0.2, 0.3]] * 3
+
+
+def test_macros_end_exactly_at_their_second_point() -> None:
+    random = np.random.default_rng(0)
+    for points in random.uniform([-0.25, -0.5] * 2, [0.05, 0.5] * 2, (2000, 4)).tolist():
+        assert push_points(tuple(points))[-1] == tuple(points[2:])

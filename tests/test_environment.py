@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import copy
+import gc
+import pickle
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
 
 import real_bench
 from real_bench.conditions import CONDITION_NAMES, ConditionError
 from real_bench.errors import ActionError, SceneError
-from real_bench.goal_sets import GoalSet, generate_goal_set
-from real_bench.simulation import Scene
+from real_bench.goal_sets import GoalSet, generate_goal_set, save_goal_set
+from real_bench.simulation import Scene, Simulation
+from real_bench.simulation.bullet import pybullet
+from real_bench.simulation.scene import manifest_path
 
 TOLD_WITH_O = {"mask", "goal_mask", "object_positions", "object_orientations", "goal_positions"}
 ALWAYS_TOLD = {"joint_positions", "touch_sensors", "retina", "depth", "goal"}
@@ -144,3 +152,55 @@ def test_wrong_arguments_are_named() -> None:
     with pytest.raises(ActionError, match="macro_action"):
         env.step({"joint_command": [0] * 9})
     env.close()
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_one_world_is_never_behind_two_objects(
+    copied: Callable[[Any], Any], builtin_scene: Scene
+) -> None:
+    env = real_bench.make_env(scene="builtin", condition="OJ")
+    env.reset()
+    with Simulation(builtin_scene) as simulation:
+        for world in (env, env.unwrapped._task, simulation):
+            with pytest.raises(SceneError, match=r"copied|two objects"):
+                copied(world)
+    env.close()
+
+
+def test_worlds_end_with_the_last_object_that_knows_them() -> None:
+    """Whether or not they were closed; one that could not be begun, too."""
+    clients = []
+    for _ in range(3):
+        env = real_bench.make_env(scene="builtin", condition="OM")
+        env.reset()
+        clients.append(env.unwrapped._task.simulation.client)
+        del env
+    gc.collect()
+    assert not any(pybullet.getConnectionInfo(client)["isConnected"] for client in clients)
+
+
+def test_a_world_that_is_closed_ends_no_later_one(builtin_scene: Scene) -> None:
+    first = Simulation(builtin_scene)
+    first.close()
+    with Simulation(builtin_scene) as second:  # of the same number, perhaps
+        first.close()
+        del first
+        gc.collect()
+        assert pybullet.getConnectionInfo(second.client)["isConnected"]
+
+
+def test_an_environment_of_a_path_can_be_told_and_made_again(
+    goals: GoalSet, tmp_path: Path
+) -> None:
+    save_goal_set(goals, tmp_path / "goals.npy")
+    scene = manifest_path("builtin")
+    env = gymnasium.make(
+        "RealBench/REAL-OM-v0", objects=2, scene=scene, goals=tmp_path / "goals.npy"
+    )
+    spec = env.spec
+    assert spec is not None
+    told = spec.to_json()
+    again = gymnasium.make(EnvSpec.from_json(told))
+    assert np.array_equal(env.reset()[0]["goal"], again.reset()[0]["goal"])
+    env.close()
+    again.close()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from typing import Any, cast
 
 import click
@@ -14,6 +13,7 @@ COMMANDS = {
     "intrinsic": "play freely and record it",
     "extrinsic": "test a controller on goals and print the score table",
     "evaluate": "both phases in one process, as the official evaluation did",
+    "check": "find out in a moment whether a controller will do",
     "table": "make the table of an experiment: many plays and tests, published scores beside",
     "compare": "compare two sets of scores, goal by goal",
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
@@ -63,28 +63,30 @@ def cli() -> None:
 
 def main(arguments: list[str] | None = None) -> Any:
     """Run the command line; every foreseen error is one line and a non-zero exit code."""
+    from real_bench.cli import streams
+    from real_bench.cli.printing import log_on_stderr
     from real_bench.errors import Interrupted, RealBenchError
 
+    streams.make_usable()
+    log_on_stderr()
     try:
-        return cli.main(args=arguments, prog_name="realbench", standalone_mode=False)
+        done = cli.main(args=arguments, prog_name="realbench", standalone_mode=False)
+        streams.flush()
+        return done
     except click.ClickException as error:
         command = (
             error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else ""
         )
         hint = f" (see `{command} --help`)" if command else ""
-        click.echo(f"realbench: error: {error.format_message()}{hint}", err=True)
-        sys.exit(error.exit_code)
+        streams.end(f"error: {error.format_message()}{hint}", error.exit_code)
     except Interrupted as error:
-        click.echo(f"realbench: {error}", err=True)
-        sys.exit(130)
+        streams.end(str(error), 130)
     except RealBenchError as error:
-        click.echo(f"realbench: error: {error}", err=True)
-        sys.exit(1)
+        streams.end(f"error: {error}", 1)
     except OSError as error:
-        if error.filename is None:
-            raise
-        click.echo(f"realbench: error: {error.filename}: {error.strerror}", err=True)
-        sys.exit(1)
+        place = "" if error.filename is None else f"{error.filename}: "
+        streams.end(f"error: {place}{error.strerror or error}", 1)
+    except UnicodeError as error:
+        streams.end(f"error: a name or text that is not UTF-8 ({error})", 1)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("realbench: interrupted", err=True)
-        sys.exit(130)
+        streams.end("interrupted", 130)

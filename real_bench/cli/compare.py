@@ -7,6 +7,7 @@ import json
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
 
 EPILOG = """\b
 Example:
@@ -23,17 +24,19 @@ def compare(a: str, b: str, as_json: bool) -> None:
     """Compare two sets of scores, A and B, on the same goals.
 
     A and B are each a result, a folder of results, or a quoted pattern. Results on the same goal
-    set are repeats. Prints the mean difference with its 95% interval over goals, the probability
-    that A scores more than B on a goal, and each goal.
+    set are repeats. Prints the score of both on each goal; and for every metric the mean difference
+    and the probability that A is better than B on a goal, both with a 95% interval over goals: how
+    far they would go on other goals, not after other plays.
     """
-    from rich.console import Console
-
     from real_bench.cli.reading import read_results
+    from real_bench.physics import mixture, physics_of
     from real_bench.scoring.comparison import compare as compare_results
     from real_bench.scoring.table import comparison_table
 
-    comparison = compare_results(*(read_results(each) for each in (a, b)))
+    ours, theirs = (read_results(each) for each in (a, b))
+    comparison = compare_results(ours, theirs)
+    physics = [physics_of(result.setting.versions) for result in (*ours, *theirs)]
     if as_json:
-        click.echo(json.dumps(comparison.to_json()))
+        say(json.dumps({**comparison.to_json(), "physics": sorted(set(physics))}))
     else:
-        Console().print(comparison_table(comparison))
+        print_tables(comparison_table(comparison), *filter(None, [mixture(physics)]))

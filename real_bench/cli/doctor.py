@@ -8,6 +8,7 @@ import time
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 
 EPILOG = """\b
 Example:
@@ -23,9 +24,10 @@ MEASURED_IMAGES = 20
 @options.json_option
 def doctor(scene: str | None, as_json: bool) -> None:
     """Check that this machine can run the benchmark, and how fast."""
-    from real_bench.cli.inspect import print_facts
+    from real_bench.cli.describing import print_facts
     from real_bench.lengths import INTRINSIC_STEPS
-    from real_bench.recording import package_versions
+    from real_bench.physics import PHYSICS, REFERENCE
+    from real_bench.recording import run_versions
     from real_bench.simulation import DEFAULT_SCENE, HOME, Simulation, load_scene
 
     with Simulation(load_scene(scene or DEFAULT_SCENE)) as simulation:
@@ -36,8 +38,10 @@ def doctor(scene: str | None, as_json: bool) -> None:
         for _ in range(MEASURED_IMAGES):
             simulation.image()
         image_ms = (time.perf_counter() - began) / MEASURED_IMAGES * 1e3
+        versions = run_versions()
         facts = {
-            **package_versions(),
+            **versions,
+            "physics_is_the_reference": versions[PHYSICS] == REFERENCE,
             "scene": simulation.scene.name,
             "scene_sha256": simulation.scene.sha256,
             "steps_per_second_at_rest": round(rate),
@@ -45,7 +49,14 @@ def doctor(scene: str | None, as_json: bool) -> None:
             "minutes_for_a_full_phase_at_least": round(INTRINSIC_STEPS / rate / 60),
         }
     if as_json:
-        click.echo(json.dumps(facts))
+        say(json.dumps(facts))
     else:
         print_facts(facts)
-        click.echo("all is well")
+        if facts["physics_is_the_reference"]:
+            say("all is well")
+        else:
+            say(
+                "all runs, but with other physics than the reference: pybullet was compiled "
+                "otherwise, or this processor computes otherwise. Results made here replay bit for "
+                "bit only on such machines, and may differ from published ones beyond chance."
+            )

@@ -7,9 +7,7 @@ from typing import Any
 
 import click
 
-from real_bench.cli import extrinsic as testing
-from real_bench.cli import intrinsic as playing
-from real_bench.cli import options
+from real_bench.cli import options, running
 from real_bench.lengths import INTRINSIC_STEPS
 
 EPILOG = """\b
@@ -22,19 +20,21 @@ Example:
 @options.setting_options
 @click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
-@click.option("--trials", type=int, help="Test only the first N goals. [default: all]")
+@click.option(
+    "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
+)
+@options.trial_steps_option
 @click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
 @click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
-@click.option("--min-score", type=float, metavar="X", help="Exit with 3 if the total is below X.")
 @options.overwrite_option
 @options.json_option
 @options.isolation_options()
 def evaluate(
     goals: Path | None,
     trials: int | None,
+    trial_steps: int,
     run: Path,
     out: Path,
-    min_score: float | None,
     overwrite: bool,
     as_json: bool,
     **given: Any,
@@ -46,27 +46,13 @@ def evaluate(
     A controller with get_state() and set_state() is better served by intrinsic and extrinsic.
     """
     from real_bench.files import check_output
-    from real_bench.goal_sets import load_goal_set
-    from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.trial import TrialPlan
+    from real_bench.phases.plans import plan_test_after
 
-    phase = playing.plan_phase(run, secrets=[out, goals], **given)
-    given_goals = load_goal_set(goals) if goals else None
-    plan = TrialPlan(
-        controller=phase.controller,
-        condition=phase.condition,
-        scene=phase.scene,
-        goal_set=testing.goals_for_test(given_goals, phase.objects, phase.scene),
-        seed=phase.seed,
-        trial_steps=TRIAL_STEPS,
-        run=run,
-        settings=phase.settings,
-        host=phase.host,
-    )
-    test = ExtrinsicPhase(plan, testing.trials_asked(trials, plan), out)
+    phase = running.plan_of(run, secrets=[out, goals], **given)
+    plan = plan_test_after(phase, goals, trial_steps)
+    test = ExtrinsicPhase(plan, running.trials_asked(trials, plan, allow_part=True), out)
     check_output(out, overwrite=overwrite)
-    guest = playing.play(phase, resume=False, overwrite=overwrite)
-    result = testing.run_trials(test, resume=False, overwrite=overwrite, guest=guest)
-    testing.show(result, out, as_json=as_json)
-    testing.judge(result, min_score)
+    proxy = running.play(phase, resume=False, overwrite=overwrite)
+    result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)
+    running.show_result(result, out, as_json=as_json)

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.printing import say
 from real_bench.errors import RealBenchError
 
 if TYPE_CHECKING:
-    from real_bench.figures import Asked, Material, Play, Tested
+    from real_bench.figures import Asked, FigureData
 
 EPILOG = """\b
 Example:
@@ -72,50 +73,23 @@ def figures(
     asked = Asked(read_settings(settings_file, assignments), seed, run_steps)
     found = kinds.by_kind(files, kinds.RECORDING, kinds.RESULT)
     prepare_folder(out, overwrite=overwrite)
-    material = read_material(found[kinds.RECORDING], found[kinds.RESULT], asked)
+    material = _read(found[kinds.RECORDING], found[kinds.RESULT], asked)
     summary = _draw_all(material, asked, out)
     if as_json:
-        click.echo(json.dumps(summary))
+        say(json.dumps(summary))
     else:
         _report(summary, out)
 
 
-def read_material(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> Material:
-    """What figures are made of, with progress shown; raises RealBenchError."""
-    from real_bench.figures import Material
-
-    tested = _read_results(results)
-    return Material(_read_recordings(recordings, asked), tested)
-
-
-def _read_results(files: Sequence[Path]) -> tuple[Tested, ...]:
-    """The complete ones, which must be of the same goals."""
-    from real_bench.figures import check_same_goals, read_tested
-
-    tested = [read_tested(file) for file in files]
-    for one in tested:
-        if not one.result.is_complete:
-            done = f"{len(one.result.trials)} of {one.result.setting.n_goals} trials"
-            click.echo(f"{one.file} is not used: it has {done}", err=True)
-    complete = tuple(one for one in tested if one.result.is_complete)
-    check_same_goals(complete)
-    return complete
-
-
-def _read_recordings(files: Sequence[Path], asked: Asked) -> tuple[Play, ...]:
+def _read(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> FigureData:
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.figures import play_labels, read_play
+    from real_bench.figures import read_figure_data
 
-    plays = []
-    labels = play_labels(files)
-    with ProgressDisplay("reading recordings", "recordings", len(files)) as display:
-        for number, (file, label) in enumerate(zip(files, labels, strict=True)):
-            display.update(number, file.name)
-            plays.append(read_play(file, label, asked))
-    return tuple(plays)
+    with ProgressDisplay("reading recordings", "recordings", len(recordings)) as display:
+        return read_figure_data(recordings, results, asked, display.update)
 
 
-def _draw_all(material: Material, asked: Asked, out: Path) -> dict[str, Any]:
+def _draw_all(material: FigureData, asked: Asked, out: Path) -> dict[str, Any]:
     """Draw and write what can be drawn, and last of all the summary of it."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import FIGURES, facts
@@ -143,6 +117,6 @@ def _draw_all(material: Material, asked: Asked, out: Path) -> dict[str, Any]:
 def _report(summary: dict[str, Any], out: Path) -> None:
     """Say what was drawn, and for each figure that was not what it needs."""
     for name in summary["drawn"]:
-        click.echo(f"{name}: {out / name}.png, .svg, .csv")
+        say(f"{name}: {out / name}.png, .svg, .csv")
     for name, needs in summary["not_drawn"].items():
-        click.echo(f"{name}: not drawn, it needs {needs}")
+        say(f"{name}: not drawn, it needs {needs}")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
@@ -156,4 +157,4 @@ def _generate_with_progress(
 def _report(goal_set: GoalSet, written: Path) -> None:
     classes = ", ".join(f"{count} {name}" for name, count in goal_set.counts.items() if count)
     objects = ", ".join(goal_set.object_names)
-    click.echo(f"{written}: {len(goal_set)} goals ({classes}), {objects}, scene {goal_set.scene}")
+    say(f"{written}: {len(goal_set)} goals ({classes}), {objects}, scene {goal_set.scene}")

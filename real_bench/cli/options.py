@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-if TYPE_CHECKING:
-    from real_bench.phases.guest import Host
-    from real_bench.recording import Header
+from real_bench import lengths
+from real_bench.cli.printing import say
 
-DEFAULT_RUN = Path("run.h5")
+if TYPE_CHECKING:
+    from real_bench.phases.proxy import ControllerBackend
+
+DEFAULT_RUN = Path("run.h5")  # as in phases/plans.py, which is not imported for a --help
 DEFAULT_RESULT = Path("score.json")
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -37,7 +39,9 @@ set_option: Decorator = click.option(
 condition_option: Decorator = click.option(
     "--condition", metavar="XY", help="OM, IM, IJ, OJ, OC or IC, by the paper's names."
 )
-objects_option: Decorator = click.option("--objects", type=int, help="Number of objects, 1 to 3.")
+objects_option: Decorator = click.option(
+    "--objects", type=int, help="Number of objects, 1 to 3 in the scenes that ship."
+)
 scene_option: Decorator = click.option(
     "--scene", metavar="S", help="official, builtin, or the path of a manifest."
 )
@@ -49,6 +53,15 @@ LIMIT_OPTIONS: tuple[Decorator, ...] = (
     click.option(
         "--total-limit", type=float, metavar="S", help="Time for all calls. [default: 86400]"
     ),
+)
+
+trial_steps_option: Decorator = click.option(
+    "--trial-steps",
+    type=int,
+    metavar="N",
+    default=lambda: lengths.TRIAL_STEPS,
+    show_default="10,000",
+    help="Length of a trial; of another one, scores compare with nothing published.",
 )
 
 TESTING_OPTIONS: tuple[Decorator, ...] = (
@@ -63,8 +76,29 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
         metavar="N",
         help="Learn only from its first N steps. [default: all]",
     ),
+    click.option(
+        "--keep-learned",
+        "learned",
+        flag_value="keep",
+        help="Go on with what it learned by other code or settings.",
+    ),
+    click.option(
+        "--relearn",
+        "learned",
+        flag_value="again",
+        help="Have it learn again from the recording, and not go on from what it learned then.",
+    ),
+    click.option(
+        "--as-made",
+        "learned",
+        flag_value="nothing",
+        help="Test it although the recording holds nothing of what it learned.",
+    ),
     click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
-    click.option("--trials", type=int, help="Test only the first N goals. [default: all]"),
+    click.option(
+        "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
+    ),
+    trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
     click.option("--out", type=FILE, default=DEFAULT_RESULT, show_default=True),
 )
@@ -77,6 +111,9 @@ SETTING_OPTIONS: tuple[Decorator, ...] = (
     objects_option,
     scene_option,
     seed_option,
+)
+allow_part_option: Decorator = click.option(
+    "--allow-part", is_flag=True, help="Judge a test of only a part of its goals, too."
 )
 resume_option: Decorator = click.option(
     "--resume", is_flag=True, help="Go on where the output file ends, if it exists."
@@ -99,17 +136,6 @@ def testing_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return _with(TESTING_OPTIONS, command)
 
 
-def recorded_settings(header: Header | None, controller: str | None, host: Host) -> dict[str, Any]:
-    """The settings that a run was played with, if its controller is the one that is asked for."""
-    from real_bench.finding import resolved
-
-    if header is None or controller is None:
-        return header.settings if header else {}
-    one = host.identity(controller, None)
-    same = header.is_of(resolved(controller), one.source_sha256, one.class_name)
-    return header.settings if same else {}
-
-
 @dataclass(frozen=True)
 class Isolation:
     """What the isolation options say: whether, and what an isolated controller may use up."""
@@ -119,7 +145,7 @@ class Isolation:
     call_limit: float | None = None
     total_limit: float | None = None
 
-    def host(self, secrets: Iterable[Path | None]) -> Host:
+    def backend(self, secrets: Iterable[Path | None]) -> ControllerBackend:
         """Where the controller is to run; says on standard error what isolates it there.
 
         Args:
@@ -134,24 +160,26 @@ class Isolation:
         if not self.isolate:
             if asked:
                 raise click.UsageError("limits are for isolated controllers: use --isolate, too")
-            from real_bench.phases.local import LocalHost
+            from real_bench.phases.local import LocalBackend
 
-            return LocalHost()
-        from real_bench.isolation import IsolatedHost, Limits
+            return LocalBackend()
+        from real_bench.sandbox import Limits, SandboxBackend
 
-        host = IsolatedHost(tuple(path for path in secrets if path is not None), Limits(**asked))
-        tell_walls()
-        return host
+        backend = SandboxBackend(
+            tuple(path for path in secrets if path is not None), Limits(**asked)
+        )
+        say_sandbox()
+        return backend
 
 
 NOT_ISOLATED = Isolation()
 
 
-def tell_walls() -> None:
+def say_sandbox() -> None:
     """Say on standard error what isolates controllers here, and what is not enforced."""
-    from real_bench.isolation import found_walls
+    from real_bench.sandbox import sandbox_support
 
-    click.echo(f"the controller is {found_walls().describe()}", err=True)
+    say(f"the controller is {sandbox_support().describe()}", err=True)
 
 
 def isolate_option(*, by_default: bool = False) -> Decorator:

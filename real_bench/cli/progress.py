@@ -17,7 +17,11 @@ from rich.progress import (
 )
 from rich.table import Column
 
+from real_bench.quoting import printable
+
 SECONDS_BETWEEN_LINES = 30.0
+LEAST_WIDTH = 72
+"""Of a terminal in which a bar has room for its numbers; a narrower one gets lines."""
 
 
 def _cut(*, max_width: int | None = None, ratio: int | None = None) -> Column:
@@ -35,31 +39,35 @@ class ProgressDisplay:
     """
 
     def __init__(self, title: str, unit: str, total: int) -> None:
-        self._title, self._unit, self._total = title, unit, total
-        self._console = Console(stderr=True)
-        self._live = self._console.is_terminal
+        self._title, self._unit, self._total = printable(title), unit, total
+        self._console = Console(stderr=True, markup=False, emoji=False)
+        self._live = self._console.is_terminal and self._console.width >= LEAST_WIDTH
+        self._console.width = max(self._console.width, LEAST_WIDTH)
         self._bar = Progress(
-            TextColumn("{task.description}", table_column=_cut(max_width=24)),
+            TextColumn("{task.description}", markup=False, table_column=_cut(max_width=24)),
             BarColumn(bar_width=10),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(elapsed_when_finished=False),
-            TextColumn("{task.fields[note]}", table_column=_cut(ratio=1)),  # the room that is left
+            # the room that is left
+            TextColumn("{task.fields[note]}", markup=False, table_column=_cut(ratio=1)),
             console=self._console,
             expand=True,
             disable=not self._live,
             transient=True,
         )
-        self._task = self._bar.add_task(title, total=total, note="")
+        self._task = self._bar.add_task(self._title, total=total, note="")
         self._handler = RichHandler(
             console=self._console, show_time=False, show_level=False, show_path=False
         )
+        self._others: list[logging.Handler] = []
         self._began = self._last_line = time.monotonic()
         self._first: int | None = None
 
     def update(self, done: int, note: str = "") -> None:
         """So much is done; ``note`` is shown beside it."""
+        note = printable(note)
         if self._first is None:
             self._first = done
             self._began = time.monotonic()
@@ -82,11 +90,12 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         self._bar.start()
-        logger = logging.getLogger("real_bench")  # what parts say of long work of their own
-        logger.setLevel(logging.INFO)
-        logger.addHandler(self._handler)
+        if self._live:  # what parts say of their work goes above the bar
+            handlers = logging.getLogger("real_bench").handlers
+            self._others, handlers[:] = list(handlers), [self._handler]
         return self
 
     def __exit__(self, *_: object) -> None:
-        logging.getLogger("real_bench").removeHandler(self._handler)
+        if self._live:
+            logging.getLogger("real_bench").handlers[:] = self._others
         self._bar.stop()

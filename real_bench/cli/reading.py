@@ -23,5 +23,5 @@ def read_results(named: str) -> list[Result]:
     else:
         files = [path]
     if not files:
-        raise ResultError(f"there is no result in {named}")
+        raise ResultError(f"no result found in {named}")
     return [load_result(file) for file in files]

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
-    from real_bench.goal_sets import GoalSet
-    from real_bench.report import Chart, Report, Table, Tested
+    from real_bench.report import Report
 
 EPILOG = """\b
 Example:
@@ -53,102 +53,20 @@ def report(
     from real_bench.report import write_report
 
     check_output(out, overwrite=overwrite)
-    made = _report(files, title, goals, videos)
+    made = _made(files, title, goals, videos)
     write_report(made, out)
     for remark in made.remarks:
-        click.echo(f"realbench: {remark}", err=True)
-    click.echo(f"report: {out}")
+        say(f"realbench: {remark}", err=True)
+    say(f"report: {out}")
 
 
-def _report(
-    files: Sequence[Path], title: str, goals: Sequence[Path], videos: Path | None
-) -> Report:
+def _made(files: Sequence[Path], title: str, goals: Sequence[Path], videos: Path | None) -> Report:
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.report import Report, read_played, read_tested
+    from real_bench.report.making import ReportFiles, make_report
 
-    sorted_files = kinds.by_kind(files, kinds.EXPERIMENT, kinds.RECORDING, kinds.RESULT)
-    recordings, results = sorted_files[kinds.RECORDING], sorted_files[kinds.RESULT]
-    if videos is not None and len(results) != 1:
-        raise click.UsageError(f"--videos are of one result, not of {len(results)}")
-    tables = [_table(path) for path in sorted_files[kinds.EXPERIMENT]]
-    plays = [read_played(path) for path in recordings]
-    sets = _goal_sets(goals, results)
-    tests: list[Tested] = []
-    with ProgressDisplay("picturing results", "results", len(results)) as display:
-        for number, path in enumerate(results):
-            display.update(number, path.name)
-            tests.append(read_tested(path, plays, sets, videos))
-    charts, remarks = _charts(recordings, results)
-    return Report(title, tables, plays, tests, charts, [*remarks, *_lacking(tests)])
-
-
-def _table(path: Path) -> Table:
-    from real_bench.experiments import read_spec
-    from real_bench.experiments.agenda import Agenda
-    from real_bench.experiments.scores import rows_of
-    from real_bench.experiments.table import HEADINGS, cells, notes
-    from real_bench.report import Table
-
-    spec = read_spec(path)
-    rows = rows_of(spec, Agenda(spec))
-    return Table(
-        title=spec.title,
-        headings=HEADINGS,
-        rows=tuple(tuple(cells(row)) for row in rows),
-        notes=tuple(notes(rows)),
-        command=f"realbench table {path}",
+    found = kinds.by_kind(files, kinds.EXPERIMENT, kinds.RECORDING, kinds.RESULT)
+    asked = ReportFiles(
+        found[kinds.EXPERIMENT], found[kinds.RECORDING], found[kinds.RESULT], goals, videos
     )
-
-
-def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str | None, GoalSet]]:
-    """The goal sets that results may be of, and how the command line names them."""
-    from real_bench.errors import GoalSetError
-    from real_bench.goal_sets import load_goal_set, shipped_goal_set
-    from real_bench.scoring.result import load_result
-
-    found: list[tuple[str | None, GoalSet]] = [(str(file), load_goal_set(file)) for file in files]
-    for objects in sorted({load_result(path).setting.objects for path in results}):
-        try:
-            found.append((None, load_goal_set(shipped_goal_set(objects))))
-        except GoalSetError:
-            continue
-    return found
-
-
-def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[Chart], list[str]]:
-    """The figures that can be drawn, and what is to be said of those that cannot."""
-    from real_bench.cli.figures import read_material
-    from real_bench.errors import ResultError
-    from real_bench.figures import FIGURES, Asked
-    from real_bench.report import Chart, data_uri
-
-    remarks: list[str] = []
-    try:
-        material = read_material(recordings, results, Asked())
-    except ResultError as error:
-        remarks.append(f"no figures of scores: {error}")
-        material = read_material(recordings, [], Asked())
-    charts = [
-        Chart(
-            name=kind.name,
-            shows=kind.shows,
-            width_cm=drawing.width_cm,
-            svg=data_uri(drawing.svg(), "image/svg+xml"),
-            csv=data_uri(drawing.numbers.csv(), "text/csv"),
-        )
-        for kind in FIGURES
-        if (drawing := kind.draw(material)) is not None
-    ]
-    return charts, remarks
-
-
-def _lacking(tests: Sequence[Tested]) -> list[str]:
-    """What pictures there are not, and how to have them."""
-    told = []
-    for test in tests:
-        if test.trials[0].goal is None:
-            told.append(f"{test.file}: no pictures of its goals; name its goal set with --goals")
-        if test.trials[0].end is None:
-            scene = test.result.setting.scene
-            told.append(f"{test.file}: no pictures of its ends; scene {scene} is not as it was")
-    return told
+    with ProgressDisplay("picturing results", "results", len(asked.results)) as display:
+        return make_report(asked, title, display.update)

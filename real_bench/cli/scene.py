@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 
 INSTALL_EPILOG = """\b
 Example:
@@ -34,7 +35,7 @@ def install(name: str, wheel: Path | None) -> None:
 
     manifest = read_manifest(manifest_path(name))
     folder = install_scene(manifest, wheel)
-    click.echo(f"scene {manifest.name} is in {folder} (hash {load_scene(name).sha256[:12]})")
+    say(f"scene {manifest.name} is in {folder} (hash {load_scene(name).sha256[:12]})")
 
 
 @scene.command(name="list", epilog="\b\nExample:\n  realbench scene list\n")
@@ -45,6 +46,6 @@ def list_scenes() -> None:
 
     for name in shipped_scenes():
         try:
-            click.echo(f"{name}: ready (hash {load_scene(name).sha256[:12]})")
+            say(f"{name}: ready (hash {load_scene(name).sha256[:12]})")
         except SceneError as error:
-            click.echo(f"{name}: {error}")
+            say(f"{name}: {error}")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from real_bench.cli import extrinsic as testing
-from real_bench.cli import options
+from real_bench.cli import options, running
+from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ Example:
 
 NOT_PASSED = 3
 OF_BOTH = (
-    *("files", "minimum", "baseline", "goals", "trials"),
+    *("files", "minimum", "baseline", "goals", "allow_part"),
     *("markdown", "junit", "overwrite", "as_json"),
 )
 
@@ -45,6 +45,7 @@ OF_BOTH = (
 )
 @click.option("--markdown", type=options.FILE, help="Append a summary to this file.")
 @click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
+@options.allow_part_option
 @options.setting_options
 @options.testing_options
 @options.isolation_options(by_default=True)
@@ -60,6 +61,7 @@ def score(
     baseline: str | None,
     markdown: Path | None,
     junit: Path | None,
+    allow_part: bool,
     overwrite: bool,
     as_json: bool,
     **given: Any,
@@ -70,13 +72,13 @@ def score(
     for submissions, which are code from strangers. Else FILES are results, folders of results, or
     quoted patterns; results on the same goal set are repeats.
 
-    Checks that all goals are tested (or --trials of them), and are those of --goals where these are
-    given; that trials are of full length; that the mean
-    is not below --min, and not below the baseline's beyond chance: the 95% interval of the
-    difference, goal by goal, is not all negative.
+    Checks that all goals are tested, and are those of --goals where these are given; that trials
+    are of full length; that the mean is not below --min, and not below the baseline's beyond
+    chance: the 95% interval over goals of the difference is not all negative. Says which goals were
+    accepted. With --allow-part a finished test of a part of the goals (--trials) passes, too.
     """
     from real_bench.cli.reading import read_results
-    from real_bench.files import check_output, write_whole
+    from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
 
     asked = _options_of_a_test(context)
@@ -84,40 +86,39 @@ def score(
         raise click.UsageError(f"{asked[0]} is for a test, and FILES are results of tests")
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
-    if given["trials"] is not None and given["trials"] < 1:
-        raise click.UsageError(f"--trials must be at least 1, not {given['trials']}")
+    page_file = cases_file = None
     if junit is not None:
-        check_output(junit, overwrite=overwrite, option="--junit")
+        cases_file = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
     if markdown is not None:
-        check_output(markdown, overwrite=True)
+        page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
     other = None if baseline is None else read_results(baseline)
 
     def publish(page: str, cases: JUnitXml) -> None:
-        if junit is not None:
-            write_whole(junit, cases.tostring())
-        if markdown is not None:
-            before = markdown.read_text(encoding="utf-8") if markdown.exists() else ""
-            write_whole(markdown, (before + page).encode())
+        if cases_file is not None:
+            cases_file.write(cases.tostring())
+        if page_file is not None:
+            page_file.write(page.encode())
 
     if files:
         results = [result for each in files for result in read_results(each)]
     else:
         written = [None if baseline is None else Path(baseline), markdown, junit]
         try:
-            results = [_tested(secrets=written, overwrite=overwrite, quiet=as_json, **given)]
+            given |= {"secrets": written, "overwrite": overwrite, "allow_part": allow_part}
+            results = [_tested(quiet=as_json, **given)]
         except ControllerError as error:
             publish(*verdicts.failure(str(error)))
             raise
     goals, sizes = _goal_sets(given["goals"], results)
     verdict = verdicts.judge(
-        results, minimum, other, goals=goals, sizes=sizes, n_goals=given["trials"]
+        results, minimum, other, goals=goals, sizes=sizes, allow_part=allow_part
     )
     page = verdicts.markdown(verdict)
     publish(page, verdicts.junit(verdict))
-    click.echo(json.dumps(verdict.to_json()) if as_json else page.rstrip())
+    say(json.dumps(verdict.to_json()) if as_json else page.rstrip())
     if not verdict.passed:
         told = "; ".join(f"{each.name}: {each.told}" for each in verdict.checks if not each.passed)
-        click.echo(f"realbench: not passed: {told}", err=True)
+        say(f"realbench: not passed: {told}", err=True)
         sys.exit(NOT_PASSED)
 
 
@@ -144,7 +145,7 @@ def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | Non
 
 
 def _tested(*, out: Path, quiet: bool, **given: Any) -> Result:
-    result = testing.result_of(out=out, **given)
+    result = running.result_of(out=out, **given)
     if not quiet:
-        testing.show(result, out, as_json=False)
+        running.show_result(result, out, as_json=False)
     return result

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from real_bench.cli import options
-from real_bench.errors import ExperimentError, Interrupted
+from real_bench.cli.printing import print_tables, say
+from real_bench.errors import ExperimentError
 
 if TYPE_CHECKING:
     from real_bench.experiments import Spec
-    from real_bench.experiments.agenda import Work
-    from real_bench.experiments.crew import Crew
+    from real_bench.experiments.plan import PendingJobs
+    from real_bench.experiments.running import Experiment
     from real_bench.experiments.scores import Row
 
 EPILOG = """\b
@@ -28,7 +26,6 @@ Example:
 """
 FORMATS = ("text", "markdown", "latex")
 NAMES_SHOWN = 2
-LEAST_WIDTH = 150
 
 
 @click.command(epilog=EPILOG)
@@ -36,8 +33,8 @@ LEAST_WIDTH = 150
 @click.option(
     "--run/--no-run", default=None, help="Make what is missing. [default: as the SPEC says]"
 )
-@click.option("--jobs", type=click.IntRange(min=1), help="Tasks at once. [default: one a core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Do the tasks on this Dask cluster.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one a core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Do the jobs on this Dask cluster.")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option(
     "--resume",
@@ -65,106 +62,49 @@ def table(
     plug): the same command goes on, and ends in the same table to the last digit.
     """
     from real_bench.experiments import read_spec
-    from real_bench.experiments.agenda import Agenda
-    from real_bench.experiments.scores import rows_of
-    from real_bench.experiments.state import in_short
+    from real_bench.experiments.job_state import in_short
+    from real_bench.experiments.running import Experiment
 
-    experiment = read_spec(spec)
-    wanted = experiment.run if run is None else run
+    experiment = Experiment(read_spec(spec), jobs, scheduler, isolate)
+    wanted = experiment.spec.run if run is None else run
     if isolate:
-        options.tell_walls()
+        options.say_sandbox()
     failures: dict[str, str] = {}
     if wanted:
-        with _own_folder(experiment):
-            _draw_goals(experiment)
-            _check(experiment)
-            work = Agenda(experiment, isolate=isolate).left(go_on=resume, overwrite=overwrite)
+        with experiment.own_folder():
+            experiment.prepare()
+            work = experiment.missing(go_on=resume, overwrite=overwrite)
             if len(work):
-                failures = _make(work, _crew(experiment, jobs, scheduler))
-    agenda = Agenda(experiment, isolate=isolate)
-    _show(experiment, rows_of(experiment, agenda), "json" if as_json else form)
+                failures = _make(experiment, work)
+    _show(experiment.spec, experiment.rows(), "json" if as_json else form)
     if failures:
         raise ExperimentError(in_short(list(failures.values())))
     if not wanted:
-        _tell_missing(agenda.left(), spec)
+        _tell_missing(experiment.missing(), spec)
 
 
-@contextlib.contextmanager
-def _own_folder(spec: Spec) -> Iterator[None]:
-    """The experiment's folder, in which no other process makes the same."""
-    from real_bench.files import OutputError, write_lock
-
-    folder = spec.results_folder
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot make the folder {folder}: {error.strerror}") from error
-    with write_lock(folder / "table"):
-        yield
-
-
-def _draw_goals(spec: Spec) -> None:
-    """Draw the goals that are missing."""
-    from real_bench.experiments.agenda import Agenda
-    from real_bench.simulation import load_scene
-
-    load_scene(spec.scene_source)  # whether it is installed
-    for name in Agenda(spec).draw_goals():
-        click.echo(f"drawing {name}", err=True)
-
-
-def _check(spec: Spec) -> None:
-    """Find out before any work is done whether controllers are there, and goals fit."""
-    from real_bench.goal_sets import load_goal_set
-    from real_bench.isolation.view import view_of
-    from real_bench.simulation import load_scene
-
-    played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
-    for named in {*played, *(cell.controller for cell in spec.cells)}:
-        view_of(spec.controller(named))
-    scene = load_scene(spec.scene_source)
-    goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
-    for name, objects in sorted(goals):
-        load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
-
-
-def _crew(spec: Spec, jobs: int | None, scheduler: str | None) -> Crew:
-    """Who does the tasks: processes here, or a cluster."""
-    from real_bench.experiments.crew import Crew
-    from real_bench.experiments.process import Processes
-
-    if scheduler is None:
-        return Crew(Processes(spec.results_folder / "logs"), jobs or os.cpu_count() or 1)
-    from real_bench.experiments.cluster import AT_ONCE, Cluster
-
-    return Crew(Cluster(scheduler), jobs or AT_ONCE)
-
-
-def _make(work: Work, crew: Crew) -> dict[str, str]:
-    """Have the work done, with progress shown; gives why tasks were not done, by name."""
+def _make(experiment: Experiment, work: PendingJobs) -> dict[str, str]:
+    """Have the work done, with progress shown; gives why jobs were not done, by name."""
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.experiments.crew import Standing
+    from real_bench.experiments.scheduler import ExperimentProgress
 
-    click.echo(
+    say(
         f"{len(work.plays)} plays and {len(work.scorings)} tests to do, "
         f"{work.n_steps:,} steps in all",
         err=True,
     )
     with ProgressDisplay("simulating", "steps", work.n_steps) as display:
 
-        def update(standing: Standing) -> None:
-            now = ", ".join(standing.running[:NAMES_SHOWN])
-            more = len(standing.running) - NAMES_SHOWN
-            others = f" and {more} more" if more > 0 else ""
-            told = f"{standing.n_tasks} of {len(work)} tasks done, now {now}{others}"
-            display.update(standing.n_steps, told)
+        def update(progress: ExperimentProgress) -> None:
+            now = ", ".join(progress.running[:NAMES_SHOWN])
+            more = len(progress.running) - NAMES_SHOWN
+            doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
+            if progress.waits_for:
+                doing = f"waiting for {progress.waits_for}"
+            told = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
+            display.update(progress.n_steps, told)
 
-        try:
-            return crew.do(work, update)
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                "stopped; what is finished is kept: repeat the command to go on"
-            ) from error
+        return experiment.make(work, update)
 
 
 def _show(spec: Spec, rows: list[Row], form: str) -> None:
@@ -172,21 +112,17 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
     from real_bench.experiments import table as tables
 
     if form == "json":
-        click.echo(json.dumps(tables.json_table(spec, rows)))
+        say(json.dumps(tables.json_table(spec, rows)))
     elif form == "text":
-        from rich.console import Console
-
-        # rather lines that the terminal breaks than columns too narrow for a number
-        wide = max(Console().width, LEAST_WIDTH)
-        Console(width=wide).print(tables.text_table(spec, rows))
+        print_tables(tables.text_table(spec, rows))
     else:
         draw = {"markdown": tables.markdown_table, "latex": tables.latex_table}[form]
-        click.echo(draw(spec, rows))
+        say(draw(spec, rows))
 
 
-def _tell_missing(work: Work, spec: Path) -> None:
+def _tell_missing(work: PendingJobs, spec: Path) -> None:
     if len(work):
-        click.echo(
+        say(
             f"not made: {len(work.plays)} plays and {len(work.scorings)} tests, {work.n_steps:,} "
             f"steps in all; `realbench table {spec} --run` makes them",
             err=True,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
     from real_bench.verification import RecordingVerdict, ResultVerdict
@@ -22,10 +23,11 @@ Example:
   realbench verify run.h5 --steps 200000
 
 \b
-Exit code: 0 verified; 4 does not verify; 1 cannot be read or replayed at all.
+Exit code: 0 verified; 4 does not verify; 5 made with other physics, cannot be judged here;
+1 cannot be read or replayed at all.
 """
 
-DOES_NOT_VERIFY = 4
+DOES_NOT_VERIFY, OTHER_PHYSICS = 4, 5
 HDF5 = b"\x89HDF"
 
 OF_RESULTS = ("goals", "run", "controller", "may_be_incomplete", "jobs")
@@ -60,7 +62,8 @@ def verify(file: Path, scene: str | None, as_json: bool, **given: Any) -> None:
     """Prove a result (.json) or a recording (.h5) by replaying it.
 
     The recorded commands are executed in a clean simulation; poses and scores must come out as
-    recorded, to the last bit. What this proves and what it does not is in docs/verification.md.
+    recorded, to the last bit; with other physics than that of this machine (`realbench doctor`), to
+    a millimetre. What this proves and what it does not is in docs/verification.md.
     """
     is_recording = _is_recording(file)
     mine, others = (OF_RECORDINGS, OF_RESULTS) if is_recording else (OF_RESULTS, OF_RECORDINGS)
@@ -70,7 +73,9 @@ def verify(file: Path, scene: str | None, as_json: bool, **given: Any) -> None:
             raise click.UsageError(f"{OPTIONS.get(name, '--' + name)} is not for a {kind}: {file}")
     wanted = {name: given[name] for name in mine if given[name] is not None}
     verdict = _verdict(file, is_recording, scene=scene, **wanted)
-    click.echo(json.dumps(verdict.to_json()) if as_json else "\n".join(verdict.lines()))
+    say(json.dumps(verdict.to_json()) if as_json else "\n".join(verdict.lines()))
+    if verdict.is_undecided:
+        sys.exit(OTHER_PHYSICS)
     if not verdict.holds:
         sys.exit(DOES_NOT_VERIFY)
 

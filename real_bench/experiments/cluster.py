@@ -1,24 +1,27 @@
-"""Do tasks on a Dask cluster; files travel with them, so no folder need be shared."""
+"""Do jobs on a Dask cluster; files travel with them, so no folder need be shared."""
 
 from __future__ import annotations
 
 import json
+import time
 import uuid
 from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ExperimentError
+from real_bench.experiments.jobs import Job, OnSteps, job_from_json
 from real_bench.experiments.process import Processes, WorkerLostError
-from real_bench.experiments.tasks import Report, Task, task_from_json
-from real_bench.files import own_folder, write_whole
+from real_bench.files import write_whole
+from real_bench.locks import own_folder
 
 SECONDS_TO_CONNECT = 10
+SECONDS_WITHOUT_WORKERS = 600
 AT_ONCE = 64
-"""Tasks handed to the scheduler at a time; it passes them on as workers come and go."""
+"""Jobs handed to the scheduler at a time; it passes them on as workers come and go."""
 
 
 class NotWantedError(Exception):
-    """Whoever asked for a task has left."""
+    """Whoever asked for a job has left."""
 
 
 class Cluster:
@@ -42,38 +45,60 @@ class Cluster:
             self._client = Client(address, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError, TypeError) as error:
             raise ExperimentError(f"no Dask scheduler answers at {address}: {error}") from error
+        self._address, self._last_seen = address, time.monotonic()
         self._topic = f"realbench-{uuid.uuid4().hex}"
-        self._reports: dict[str, Report] = {}
+        self._reports: dict[str, OnSteps] = {}
         self._client.subscribe_topic(self._topic, self._on_event)
 
     @property
     def n_workers(self) -> int:
-        """How many workers there are now."""
-        return len(self._client.nthreads())
+        """How many workers there are now; none where the scheduler does not answer."""
+        try:
+            return len(self._client.nthreads())
+        except OSError:
+            return 0
 
-    def do(self, task: Task, report: Report) -> None:
-        """Have a worker do a task, and write what comes back.
-
-        A task whose worker dies is done by another one; the scheduler gives up after some.
+    def waits_for(self) -> str:
+        """A worker, while there is none.
 
         Raises:
-            TaskFailedError: it cannot be done, and why.
+            ExperimentError: there has been none for ten minutes.
+        """
+        now = time.monotonic()
+        if self.n_workers:
+            self._last_seen = now
+            return ""
+        start = f"dask worker {self._address}"
+        if now - self._last_seen > SECONDS_WITHOUT_WORKERS:
+            raise ExperimentError(
+                f"there has been no worker for {SECONDS_WITHOUT_WORKERS:,} s: start some ({start}) "
+                "and repeat the command; what is finished is kept"
+            )
+        return f"a worker ({start})"
+
+    def do(self, job: Job, report: OnSteps) -> None:
+        """Have a worker do a job, and write what comes back.
+
+        A job whose worker dies is done by another one; the scheduler gives up after some.
+
+        Raises:
+            JobFailedError: it cannot be done, and why.
             WorkerLostError: too many workers died of it.
         """
         from distributed import KilledWorker
         from distributed.client import FutureCancelledError
 
-        self._reports[task.name] = report
-        contents = {field: path.read_bytes() for field, path in task.inputs.items()}
+        self._reports[job.name] = report
+        contents = {field: path.read_bytes() for field, path in job.inputs.items()}
         future = self._client.submit(
-            _on_worker, task.model_dump_json(), contents, self._topic, pure=False
+            _on_worker, job.model_dump_json(), contents, self._topic, pure=False
         )
         try:
-            write_whole(task.out, future.result())
+            write_whole(job.out, future.result())
         except (KilledWorker, FutureCancelledError) as error:
-            raise WorkerLostError(f"{task.name}: its worker died ({error})") from error
+            raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
         finally:
-            del self._reports[task.name]
+            del self._reports[job.name]
 
     def stop(self) -> None:
         """Take back what is not done yet, and leave."""
@@ -81,36 +106,36 @@ class Cluster:
 
     def _on_event(self, event: tuple[float, Any]) -> None:
         _, message = event
-        report = self._reports.get(message["task"])
+        report = self._reports.get(message["job"])
         if report is not None:
             report(message["done"])
 
 
 def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
-    """Do a task in a folder of its own; gives the file's content."""
+    """Do a job in a folder of its own; gives the file's content."""
     from distributed import get_worker
 
     worker = get_worker()
     key = worker.get_current_task()
-    asked = task_from_json(text)
-    with own_folder("realbench-task-") as folder:
-        task = _moved(asked, contents, folder)
+    asked = job_from_json(text)
+    with own_folder("realbench-job-") as folder:
+        job = _moved(asked, contents, folder)
 
         def report(done: int) -> None:
             known = worker.state.tasks.get(key)
             if known is None or known.state == "cancelled":
                 raise NotWantedError
-            worker.log_event(topic, {"task": asked.name, "done": done})
+            worker.log_event(topic, {"job": asked.name, "done": done})
 
-        Processes().do(task, report)
-        return task.out.read_bytes()
+        Processes().do(job, report)
+        return job.out.read_bytes()
 
 
-def _moved(task: Task, contents: dict[str, bytes], folder: Path) -> Task:
-    """The same task with its files in another folder, where they are written."""
-    places = {field: folder / f"{field}{task.inputs[field].suffix}" for field in contents}
+def _moved(job: Job, contents: dict[str, bytes], folder: Path) -> Job:
+    """The same job with its files in another folder, where they are written."""
+    places = {field: folder / f"{field}{job.inputs[field].suffix}" for field in contents}
     for field, content in contents.items():
         places[field].write_bytes(content)
-    values = json.loads(task.model_dump_json())
+    values = json.loads(job.model_dump_json())
     moved = {field: str(path) for field, path in places.items()}
-    return task_from_json(json.dumps({**values, **moved, "out": str(folder / task.out.name)}))
+    return job_from_json(json.dumps({**values, **moved, "out": str(folder / job.out.name)}))

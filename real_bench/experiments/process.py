@@ -1,4 +1,4 @@
-"""Do a task in a process of its own, so that nothing but the task dies with it."""
+"""Do a job in a process of its own, so that nothing but the job dies with it."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from pathlib import Path
 from typing import IO, Any
 
 from real_bench.errors import ExperimentError, RealBenchError
-from real_bench.experiments.tasks import Report, Task
+from real_bench.experiments.jobs import Job, OnSteps
 
 WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import main; main()"
 """Without the current folder, which may be a stranger's, among those that are imported from."""
 
 
-class TaskFailedError(RealBenchError):
-    """A task cannot be done; trying again would not help."""
+class JobFailedError(RealBenchError):
+    """A job cannot be done; trying again would not help."""
 
 
 class WorkerLostError(RealBenchError):
-    """What did a task died; another may do it."""
+    """What did a job died; another may do it."""
 
 
 class Processes:
-    """Processes of this machine, one a task.
+    """Processes of this machine, one a job.
 
     Args:
-        logs: folder for what tasks print; None: they print where we do.
+        logs: folder for what jobs print; None: they print where we do.
     """
 
     def __init__(self, logs: Path | None = None) -> None:
@@ -37,26 +37,30 @@ class Processes:
         self._running: set[subprocess.Popen[str]] = set()
         self._stopped = False
 
-    def do(self, task: Task, report: Report) -> None:
-        """Do a task; returns when its file is there.
+    def do(self, job: Job, report: OnSteps) -> None:
+        """Do a job; returns when its file is there.
 
         Raises:
-            TaskFailedError: it cannot be done, and why.
+            JobFailedError: it cannot be done, and why.
             WorkerLostError: its process died.
         """
         if self._stopped:
-            raise WorkerLostError(f"{task.name} was not begun")
-        with self._log(task) as log, self._process(log) as process:
+            raise WorkerLostError(f"{job.name} was not begun")
+        with self._log(job) as log, self._process(log) as process:
             self._running.add(process)
             try:
-                ended = self._follow(process, task, report)
+                ended = self._follow(process, job, report)
             finally:
                 self._running.discard(process)
                 process.kill()
         if "failed" in ended:
-            raise TaskFailedError(f"{task.name}: {ended['failed']}")
+            raise JobFailedError(f"{job.name}: {ended['failed']}")
         if "finished" not in ended:
-            raise WorkerLostError(f"{task.name}: its process died ({_cause(process.returncode)})")
+            raise WorkerLostError(f"{job.name}: its process died ({_cause(process.returncode)})")
+
+    def waits_for(self) -> str:
+        """Nothing: a process can always be started."""
+        return ""
 
     def stop(self) -> None:
         """End all of them at once; what they wrote stays whole."""
@@ -65,13 +69,13 @@ class Processes:
             process.kill()
 
     @staticmethod
-    def _follow(process: subprocess.Popen[str], task: Task, report: Report) -> dict[str, Any]:
+    def _follow(process: subprocess.Popen[str], job: Job, report: OnSteps) -> dict[str, Any]:
         """Listen to the end; returns the last message."""
         assert process.stdin is not None
         assert process.stdout is not None
         message: dict[str, Any] = {}
         try:
-            process.stdin.write(task.model_dump_json() + "\n")
+            process.stdin.write(job.model_dump_json() + "\n")
             process.stdin.flush()
             for line in process.stdout:
                 message = json.loads(line)
@@ -95,12 +99,12 @@ class Processes:
             start_new_session=True,  # Ctrl-C is for us; they end with us
         )
 
-    def _log(self, task: Task) -> AbstractContextManager[IO[bytes] | None]:
+    def _log(self, job: Job) -> AbstractContextManager[IO[bytes] | None]:
         if self._logs is None:
             return nullcontext()
         try:
             self._logs.mkdir(parents=True, exist_ok=True)
-            return (self._logs / f"{task.name}.log").open("ab")
+            return (self._logs / f"{job.name}.log").open("ab")
         except OSError as error:
             raise ExperimentError(f"cannot write into {self._logs}: {error.strerror}") from error
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
-from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.job_state import not_of_this, refusal
+from real_bench.experiments.jobs import ScoringJob
+from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.spec import Cell, Spec
-from real_bench.experiments.state import not_of_this, refusal
-from real_bench.experiments.tasks import ScoringTask
-from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
+from real_bench.goal_sets import OFFICIAL_COUNTS
+from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.physics import physics_of
+from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
 
 
@@ -25,25 +29,37 @@ class Row:
         n_asked: how many repeats.
         seeds: of the repeats that are done.
         files: their results.
+        control_version: of the way of control, in these; None while there are none.
         summary: of their scores; None while there are none.
+        unlike_published: what is not as it was for the published score.
+        physics: that each of the results was made with.
     """
 
     cell: Cell
     n_asked: int
     seeds: tuple[int, ...]
     files: tuple[Path, ...]
+    control_version: int | None
     summary: RepeatsSummary | None
+    unlike_published: tuple[str, ...] = ()
+    physics: tuple[str, ...] = ()
 
     @property
     def difference(self) -> float | None:
         """Our mean less the published one."""
         if self.summary is None or self.cell.published is None:
             return None
-        return self.summary.mean - self.cell.published.mean
+        return self.summary.score.mean - self.cell.published.mean
+
+    @property
+    def is_of_earlier_control(self) -> bool:
+        """Whether the robot was moved by an earlier version of the way of control."""
+        now = Condition.parse(self.cell.condition).control_version
+        return self.control_version not in (None, now)
 
     @property
     def is_enough(self) -> bool:
-        """Whether there are enough repeats to compare their mean with another."""
+        """Whether there are enough plays to compare their mean with another."""
         return self.summary is not None and self.summary.is_enough
 
     def to_json(self) -> dict[str, Any]:
@@ -53,13 +69,16 @@ class Row:
             "repeats": self.n_asked,
             "seeds_done": list(self.seeds),
             "files": [file.name for file in self.files],
-            "summary": asdict(self.summary) if self.summary else None,
+            "control_version": self.control_version,
+            "summary": self.summary.to_json() if self.summary else None,
             "difference": self.difference,
+            "physics": sorted(set(self.physics)),
             "enough_repeats_to_compare": self.is_enough,
+            "unlike_published": list(self.unlike_published),
         }
 
 
-def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
+def rows_of(spec: Spec, plan: ExperimentPlan) -> list[Row]:
     """One row a cell.
 
     Only what is of the same scene, goals, lengths and settings stands in one table; a repeat counts
@@ -69,36 +88,61 @@ def rows_of(spec: Spec, agenda: Agenda) -> list[Row]:
         ExperimentError: results are not as the experiment says, or do not belong together.
     """
     alike = _Alike()
-    return [_row(spec, agenda, cell, alike) for cell in spec.cells]
+    return [_row(spec, plan, cell, alike) for cell in spec.cells]
 
 
-def _row(spec: Spec, agenda: Agenda, cell: Cell, alike: _Alike) -> Row:
+def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
     seeds: list[int] = []
     files: list[Path] = []
-    scores: list[list[float]] = []
-    classes: list[str] = []
+    results: list[Result] = []
     for seed in spec.seeds(cell):
-        repeat = list(_finished(agenda, agenda.scorings(cell, seed)))
+        repeat = list(_finished(plan, plan.scorings(cell, seed)))
         if len(repeat) < len(spec.goal_names(cell)):
             continue
-        for task, result in repeat:
-            alike.check(cell, task, result)
-        trials = [trial for _, result in repeat for trial in result.trials]
-        scores.append([trial.score for trial in trials])
-        classes = [trial.challenge for trial in trials]
+        for job, result in repeat:
+            alike.check(cell, job, result)
+        results += [result for _, result in repeat]
         seeds.append(seed)
-        files += [task.out for task, _ in repeat]
-    summary = summarise_repeats(scores, classes) if scores else None
-    return Row(cell, len(spec.seeds(cell)), tuple(seeds), tuple(files), summary)
+        files += [job.out for job, _ in repeat]
+    table = by_goal(results) if results else None
+    summary = summarise_repeats(table) if table else None
+    version = results[0].setting.control_version if results else None  # all are alike
+    unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
+    return Row(
+        cell=cell,
+        n_asked=len(spec.seeds(cell)),
+        seeds=tuple(seeds),
+        files=tuple(files),
+        control_version=version,
+        summary=summary,
+        unlike_published=unlike,
+        physics=tuple(physics_of(result.setting.versions) for result in results),
+    )
 
 
-def _finished(agenda: Agenda, tasks: Sequence[ScoringTask]) -> Iterator[tuple[ScoringTask, Result]]:
-    for task in tasks:
-        state = agenda.state(task)
+def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:
+    """Lengths and goals of an experiment that are not the benchmark's."""
+    if cell.published is None:
+        return
+    whole = sum(OFFICIAL_COUNTS.values())
+    if any(classes.count(name) * whole != n * len(classes) for name, n in OFFICIAL_COUNTS.items()):
+        counts = ", ".join(f"{n} {name}" for name, n in OFFICIAL_COUNTS.items())
+        yield f"goals of other classes than {counts}"
+    if spec.play_of(cell) and spec.steps != INTRINSIC_STEPS:
+        yield f"{spec.steps:,} steps of play instead of {INTRINSIC_STEPS:,}"
+    if spec.trial_steps != TRIAL_STEPS:
+        yield f"trials of {spec.trial_steps:,} steps instead of {TRIAL_STEPS:,}"
+
+
+def _finished(
+    plan: ExperimentPlan, jobs: Sequence[ScoringJob]
+) -> Iterator[tuple[ScoringJob, Result]]:
+    for job in jobs:
+        state = plan.state(job)
         if state.misfits:
-            raise refusal([not_of_this(task, state.misfits)])
+            raise refusal([not_of_this(job, state.misfits)])
         if state.result and state.reached == "done":
-            yield task, state.result
+            yield job, state.result
 
 
 class _Alike:
@@ -107,16 +151,17 @@ class _Alike:
     def __init__(self) -> None:
         self._seen: dict[tuple[str, ...], tuple[Any, Path]] = {}
 
-    def check(self, cell: Cell, task: ScoringTask, result: Result) -> None:
+    def check(self, cell: Cell, job: ScoringJob, result: Result) -> None:
         """Raise ExperimentError where a result is of another scene, goals or settings."""
         setting = result.setting
-        self._same(task, setting.scene_sha256, "scenes")
-        self._same(task, setting.goals_sha256, "goals", task.goals.name)
-        self._same(task, setting.settings, "settings", cell.name)
+        self._same(job, setting.scene_sha256, "scenes")
+        self._same(job, setting.goals_sha256, "goals", job.goals.name)
+        self._same(job, setting.control_version, "versions of its control", cell.name)
+        self._same(job, setting.settings, "settings", cell.name)
 
-    def _same(self, task: ScoringTask, value: Any, what: str, *of: str) -> None:
-        first, file = self._seen.setdefault((what, *of), (value, task.out))
+    def _same(self, job: ScoringJob, value: Any, what: str, *of: str) -> None:
+        first, file = self._seen.setdefault((what, *of), (value, job.out))
         if value != first:
             raise ExperimentError(
-                f"{task.out.name} and {file.name} are of different {what}, which are never averaged"
+                f"{job.out.name} and {file.name} are of different {what}, which are never averaged"
             )

@@ -88,7 +88,7 @@ class Cell(_Played):
         note: to be told below the table.
     """
 
-    objects: Annotated[int, Field(ge=1, le=3)] = 1
+    objects: Annotated[int, Field(ge=1)] = 1
     name: Name = ""
     play: str = OWN
     goals: tuple[str, ...] = ()

@@ -1,6 +1,6 @@
-"""Do one task in this process; see ``process.py``, which starts it.
+"""Do one job in this process; see ``process.py``, which starts it.
 
-The task comes as one line of JSON on standard input, which then stays open: when it closes, whoever
+The job comes as one line of JSON on standard input, which then stays open: when it closes, whoever
 asked is gone, and so is this process. Lines of JSON on standard output say how far it has come
 (``done``, in steps) and how it ended (``finished`` or ``failed``).
 """
@@ -16,7 +16,7 @@ import time
 from typing import Any, TextIO
 
 from real_bench.errors import RealBenchError
-from real_bench.experiments.tasks import task_from_json
+from real_bench.experiments.jobs import job_from_json
 
 SECONDS_BETWEEN_REPORTS = 0.2
 
@@ -47,10 +47,10 @@ def main() -> None:
     os.dup2(2, 1)  # what a controller prints is no message
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
-    task = task_from_json(sys.stdin.readline())
+    job = job_from_json(sys.stdin.readline())
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
-        task.do(channel.report)
+        job.do(channel.report)
     except RealBenchError as error:
         channel.tell(failed=str(error))
     else:

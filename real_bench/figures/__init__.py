@@ -4,10 +4,11 @@ Each file draws one figure: what was recorded goes in, a drawing with its number
 ``registry.FIGURES`` names them all; nothing is written but by ``saving``.
 """
 
+from real_bench.figures.data import FigureData
 from real_bench.figures.drawing import Drawing, Numbers
 from real_bench.figures.facts import facts
-from real_bench.figures.material import Material
 from real_bench.figures.played import Asked, Play, play_labels, read_play
+from real_bench.figures.reading import read_figure_data
 from real_bench.figures.registry import FIGURES, FigureKind
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
@@ -15,14 +16,15 @@ __all__ = [
     "FIGURES",
     "Asked",
     "Drawing",
+    "FigureData",
     "FigureKind",
-    "Material",
     "Numbers",
     "Play",
     "Tested",
     "check_same_goals",
     "facts",
     "play_labels",
+    "read_figure_data",
     "read_play",
     "read_tested",
 ]

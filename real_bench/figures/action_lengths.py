@@ -12,13 +12,13 @@ from real_bench.figures import style
 from real_bench.figures.drawing import Drawing, Numbers
 
 if TYPE_CHECKING:
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
 
 HEIGHT_CM = 5.6
 BIN_M = 0.02
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """A histogram of the actions that moved an object by more than 1 cm."""
     lengths = {play.label: action_lengths(play.displacements) for play in material.plays}
     lengths = {label: far for label, far in lengths.items() if len(far)}

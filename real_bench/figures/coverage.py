@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Normalize
     from matplotlib.image import AxesImage
 
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
     from real_bench.figures.played import Play
 
 MAP_WIDTH_CM, TEXT_HEIGHT_CM, BAR_HEIGHT_CM = 7.2, 2.1, 1.6
@@ -80,7 +80,7 @@ def whereabouts(play: Play) -> list[Whereabouts]:
     ]
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """A heat map an object and recording, seen from above: the robot is below, the shelf above."""
     from matplotlib.colors import LogNorm
 

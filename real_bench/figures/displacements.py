@@ -11,13 +11,13 @@ from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
 
 if TYPE_CHECKING:
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
     from real_bench.figures.played import Play
 
 HEIGHT_CM = 5.6
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """All recordings together; a last period of fewer actions is drawn hollow."""
     plays = [play for play in material.plays if len(play.displacements)]
     if not plays:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
 
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
 
 PANEL_HEIGHT_CM = 5.6
 HEADROOM = 1.3
@@ -43,7 +43,7 @@ class Levels:
     abstraction: DynamicAbstraction
 
 
-def of_positions(material: Material) -> Drawing | None:
+def of_positions(material: FigureData) -> Drawing | None:
     """Of REAL-D, which plans with x and y of the objects."""
     parts = []
     for play in material.plays:
@@ -57,7 +57,7 @@ def of_positions(material: Material) -> Drawing | None:
     return _drawn(parts, in_metres=True)
 
 
-def of_codes(material: Material) -> Drawing | None:
+def of_codes(material: FigureData) -> Drawing | None:
     """Of REAL-LD, which plans with latent variables."""
     parts = []
     for play in material.plays:

@@ -14,14 +14,14 @@ from real_bench.analysis import (
 )
 from real_bench.figures.action_lengths import share_near
 from real_bench.figures.coverage import whereabouts
+from real_bench.figures.data import FigureData
 from real_bench.figures.effective_actions import passes_1_cm
-from real_bench.figures.material import Material
 from real_bench.figures.played import Asked, Play
 from real_bench.figures.tested import Tested
 from real_bench.recording import package_versions
 
 
-def facts(material: Material, asked: Asked) -> dict[str, Any]:
+def facts(material: FigureData, asked: Asked) -> dict[str, Any]:
     """What was drawn from, and what its figures say in single numbers."""
     return {
         "recordings": [_played(play) for play in material.plays],
@@ -102,6 +102,7 @@ def _tested(tested: Tested) -> dict[str, Any]:
             include={"controller", "condition", "run_sha256", "run_steps", "goals_sha256"},
         ),
         "score": tested.result.score,
+        "goals": tested.result.share,
     }
 
 

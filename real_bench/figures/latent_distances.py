@@ -15,24 +15,24 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import QuadMesh
 
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
 
 PANEL_HEIGHT_CM = 6.8
 N_BINS = 60
 
 
-def of_all(material: Material) -> Drawing | None:
+def of_all(material: FigureData) -> Drawing | None:
     """Over all pairs."""
     return _drawn(_pairs(material))
 
 
-def of_near(material: Material) -> Drawing | None:
+def of_near(material: FigureData) -> Drawing | None:
     """Over pairs of states whose objects are 1 to 20 cm apart."""
     near = [(label, pairs.within(*NEAR_M)) for label, pairs in _pairs(material)]
     return _drawn([(label, pairs) for label, pairs in near if len(pairs.real)])
 
 
-def _pairs(material: Material) -> list[tuple[str, PairDistances]]:
+def _pairs(material: FigureData) -> list[tuple[str, PairDistances]]:
     return [(play.label, play.sight.pairs) for play in material.plays if play.sight is not None]
 
 

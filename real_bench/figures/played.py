@@ -14,9 +14,9 @@ from real_bench.analysis import planar
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError, SceneError
 from real_bench.figures.labels import distinct
-from real_bench.figures.seen import Sight, see, sight_settings
+from real_bench.figures.latent_codes import LatentCodes, see, sight_settings
 from real_bench.files import file_sha256
-from real_bench.finding import shown_name
+from real_bench.naming import shown_name
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
@@ -74,7 +74,7 @@ class Play:
     displacements: NDArray[np.float64]
     positions: NDArray[np.float64]
     places: Triplets
-    sight: Sight | None
+    sight: LatentCodes | None
     levels: int
     region: GoalRegion | None
 

@@ -14,8 +14,8 @@ from real_bench.figures import (
     score_by_goal,
     score_by_length,
 )
+from real_bench.figures.data import FigureData
 from real_bench.figures.drawing import Drawing
-from real_bench.figures.material import Material
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class FigureKind:
     name: str
     shows: str
     needs: str
-    draw: Callable[[Material], Drawing | None]
+    draw: Callable[[FigureData], Drawing | None]
 
 
 IMAGES = "a recording with images (realbench intrinsic --images) and two actions to plan with"

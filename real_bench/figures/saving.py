@@ -9,7 +9,7 @@ from typing import Any
 
 from real_bench.figures.drawing import Drawing
 from real_bench.figures.registry import FIGURES
-from real_bench.files import OutputError, check_output, write_whole
+from real_bench.files import check_folder, check_output, write_whole
 
 SUFFIXES = (".png", ".svg", ".csv")
 SUMMARY = "figures.json"
@@ -21,10 +21,7 @@ def prepare_folder(folder: Path, *, overwrite: bool) -> None:
     Raises:
         OutputError: it holds figures that must not be overwritten, or cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"cannot write into {folder}: {error.strerror}") from error
+    check_folder(folder, make=True)
     for path in (
         folder / SUMMARY,
         *(path for kind in FIGURES for path in paths(folder, kind.name)),

@@ -16,7 +16,7 @@ from real_bench.goal_sets.goal import CHALLENGES
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
     from real_bench.figures.tested import Series
 
 PANEL_HEIGHT_CM = 4.4
@@ -24,7 +24,7 @@ SPREAD = 0.5
 """How much of a goal's place on the x axis its scores take."""
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """A panel a controller, its conditions side by side; after the longest play of each."""
     shown = _longest(material.series)
     if not shown:
@@ -71,7 +71,8 @@ def _longest(series: Sequence[Series]) -> list[Series]:
 
 def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, sign: style.Sign) -> None:
     runs = len(one.results)
-    told = f"{one.condition}: mean {scores.mean():.3f}, {runs} run{'s' * (runs > 1)}"
+    share = "" if one.results[0].is_complete else f" ({one.results[0].share})"
+    told = f"{one.condition}: mean {scores.mean():.3f}{share}, {runs} run{'s' * (runs > 1)}"
     panel.vlines(x, 0, scores, color=sign.colour, linewidth=0.8)
     panel.plot(x, scores, sign.marker, color=sign.colour, label=told, clip_on=False, zorder=3)
     panel.set_ylabel("score")

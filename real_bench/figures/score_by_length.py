@@ -9,19 +9,19 @@ import numpy as np
 from real_bench.analysis import score_by_length
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
-from real_bench.scoring.statistics import mean_interval
+from real_bench.scoring.statistics import OVER_GOALS, goals_interval, interval_heading
 
 if TYPE_CHECKING:
-    from real_bench.figures.material import Material
+    from real_bench.figures.data import FigureData
     from real_bench.figures.tested import Series
 
 HEIGHT_CM = 5.6
 
 
-def draw(material: Material) -> Drawing | None:
+def draw(material: FigureData) -> Drawing | None:
     """A line a controller and condition that was tested after different lengths of play.
 
-    Bars are 95% intervals of the mean over the goals.
+    Bars are 95% intervals over goals.
     """
     lines: dict[tuple[str, str], list[Series]] = {}
     for one in sorted(material.series, key=lambda one: one.run_steps):
@@ -45,12 +45,12 @@ def draw(material: Material) -> Drawing | None:
                 color=sign.colour,
                 capsize=2,
                 elinewidth=0.8,
-                label=f"{controller} {condition}",
+                label=f"{controller} {condition}{_part(tests[0])}",
             )
             bars.append(bar)
             tables.append(({"controller": controller, "condition": condition}, rows))
         panel.set_xlabel("length of the intrinsic phase (million steps)")
-        panel.set_ylabel("score (mean, 95% interval)")
+        panel.set_ylabel(f"score (mean, {interval_heading(OVER_GOALS)})")
         panel.set_xlim(
             0,
             1.05 * max(one.run_steps for tests in lines.values() for one in tests) / style.MILLION,
@@ -60,10 +60,16 @@ def draw(material: Material) -> Drawing | None:
     return Drawing(figure, Numbers.stacked(tables))
 
 
+def _part(series: Series) -> str:
+    """How much of the goal set was tested, where that is not all of it."""
+    first = series.results[0]
+    return "" if first.is_complete else f" ({first.share})"
+
+
 def _rows(tests: list[Series]) -> dict[str, Column]:
     """One row a length."""
     lengths, means = score_by_length([result for test in tests for result in test.results])
-    intervals = [mean_interval(test.by_goal) for test in tests]
+    intervals = [goals_interval(test.by_goal, test.classes) for test in tests]
     return {
         "run_steps": lengths,
         "runs": [len(test.results) for test in tests],

@@ -56,6 +56,7 @@ _SETTINGS: dict[Any, Any] = {
     "legend.columnspacing": 1.2,
     "figure.constrained_layout.h_pad": 0.04,
     "figure.constrained_layout.w_pad": 0.04,
+    "text.parse_math": False,  # a file may be called anything
     "svg.hashsalt": "realbench",
 }
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from real_bench.analysis import scores_by_goal
 from real_bench.errors import ResultError
 from real_bench.files import file_sha256
-from real_bench.finding import shown_name
+from real_bench.naming import shown_name
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
 
@@ -50,6 +50,11 @@ class Series:
     condition: str
     run_steps: int
     results: tuple[Result, ...]
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """The class of each goal."""
+        return scores_by_goal(self.results)[0]
 
     @property
     def by_goal(self) -> NDArray[np.float64]:

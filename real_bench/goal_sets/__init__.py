@@ -1,11 +1,17 @@
 """Goals: the records, their files, the official files, the generator and pictures of them."""
 
-from real_bench.goal_sets.file import load_goal_set, save_goal_set
-from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
-from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet
-from real_bench.goal_sets.official import import_official
-from real_bench.goal_sets.picture import contact_sheet, trial_strip
-from real_bench.goal_sets.shipped import shipped_goal_set
+from typing import TYPE_CHECKING
+
+from real_bench.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from real_bench.goal_sets.file import load_goal_set, save_goal_set
+    from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
+    from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet
+    from real_bench.goal_sets.official import import_official
+    from real_bench.goal_sets.picture import contact_sheet, trial_strip
+    from real_bench.goal_sets.selection import goals_in_proportion
+    from real_bench.goal_sets.shipped import shipped_goal_set
 
 __all__ = [
     "CHALLENGES",
@@ -14,9 +20,28 @@ __all__ = [
     "GoalSet",
     "contact_sheet",
     "generate_goal_set",
+    "goals_in_proportion",
     "import_official",
     "load_goal_set",
     "save_goal_set",
     "shipped_goal_set",
     "trial_strip",
 ]
+
+__getattr__ = lazy_names(
+    __name__,
+    {
+        "CHALLENGES": "real_bench.goal_sets.goal",
+        "OFFICIAL_COUNTS": "real_bench.goal_sets.generator",
+        "Goal": "real_bench.goal_sets.goal",
+        "GoalSet": "real_bench.goal_sets.goal",
+        "contact_sheet": "real_bench.goal_sets.picture",
+        "generate_goal_set": "real_bench.goal_sets.generator",
+        "goals_in_proportion": "real_bench.goal_sets.selection",
+        "import_official": "real_bench.goal_sets.official",
+        "load_goal_set": "real_bench.goal_sets.file",
+        "save_goal_set": "real_bench.goal_sets.file",
+        "shipped_goal_set": "real_bench.goal_sets.shipped",
+        "trial_strip": "real_bench.goal_sets.picture",
+    },
+)

@@ -145,10 +145,14 @@ class GoalSet:
         return len(self.object_names)
 
     @property
+    def classes(self) -> tuple[str, ...]:
+        """The challenge of each goal."""
+        return tuple(goal.challenge for goal in self.goals)
+
+    @property
     def counts(self) -> dict[str, int]:
         """How many goals there are of each challenge."""
-        challenges = [goal.challenge for goal in self.goals]
-        return {challenge: challenges.count(challenge) for challenge in CHALLENGES}
+        return {challenge: self.classes.count(challenge) for challenge in CHALLENGES}
 
     @property
     def facts(self) -> Mapping[str, object]:

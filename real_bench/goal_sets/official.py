@@ -22,7 +22,10 @@ GENERATOR = "real-robots-0.1.21"
 UNKNOWN_SEED = -1
 MAX_BYTES = 2**28  # 50 official goals unpack to 38 MB
 
-_GOAL = "real_robots.envs.env Goal"
+PICKLED_FROM = "real_robots.envs.env"
+"""The module that pickles in such a file name."""
+
+_GOAL = f"{PICKLED_FROM} Goal"
 _DTYPE = "numpy dtype"
 _RECONSTRUCT = frozenset(
     {"numpy.core.multiarray _reconstruct", "numpy._core.multiarray _reconstruct"}

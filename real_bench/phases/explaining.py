@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.controls import MacroControl
 from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
 from real_bench.files import write_whole
 from real_bench.goal_sets import Goal
 from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
-from real_bench.phases.guest import Guest, fault
+from real_bench.phases.proxy import ControllerProxy, fault
 from real_bench.task import Task
 
 if TYPE_CHECKING:
@@ -84,14 +86,14 @@ class Explainer:
         self._decisions: list[Decision] = []
 
     @contextmanager
-    def decision(self, guest: Guest) -> Iterator[None]:
+    def decision(self, proxy: ControllerProxy) -> Iterator[None]:
         """Note a decision, made and carried out inside of it."""
         image, before = self._task.simulation.image().retina, self._positions()
         yield
-        explanation = guest.explain() or Explanation("not explained", {})
+        explanation = proxy.explain() or Explanation("not explained", {})
         expected = explanation.positions
         if expected is not None and expected.shape[1] != len(before):
-            raise fault(guest, f"explain() gives positions of {expected.shape[1]} objects")
+            raise fault(proxy, f"explain() gives positions of {expected.shape[1]} objects")
         self._decisions.append(Decision(explanation, image, before, self._positions()))
 
     def save(self, folder: Path, name: str) -> None:
@@ -134,7 +136,9 @@ class Explainer:
         ]
         figure.legend(keys, LEGEND, loc="outside lower center", ncols=len(LEGEND), frameon=False)
         figure.suptitle(f"{name} ({self._goal.challenge})")
-        figure.savefig(path)
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png")
+        write_whole(path, stream.getvalue())
 
     def _draw_decision(self, panel: Axes, number: int, decision: Decision) -> None:
         explanation = decision.explanation
@@ -202,6 +206,6 @@ class Explainer:
 def _push(action: Action, height: float) -> NDArray[np.float64] | None:
     """The two ends of a macro, (2, 3) metres; other actions have no way that could be drawn."""
     command = action.commands[0]
-    if command.shape != (4,) or np.isnan(command).any():
+    if command.shape != (MacroControl.size,) or np.isnan(command).any():
         return None
     return np.column_stack([command.reshape(2, 2), [height, height]])

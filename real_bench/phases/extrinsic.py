@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from real_bench.errors import Interrupted, RealBenchError, ResultError
-from real_bench.files import check_output, file_sha256, write_lock
-from real_bench.phases.guest import Guest, Identity
+from real_bench.files import check_output, file_sha256
+from real_bench.goal_sets import goals_in_proportion
+from real_bench.locks import write_lock
+from real_bench.phases.handover import NOTHING, Handover
+from real_bench.phases.proxy import ControllerProxy, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
-from real_bench.recording import Recording, package_versions
+from real_bench.recording import Recording, run_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
-from real_bench.scoring.result import Result, Setting, TrialResult, load_result
+from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 
-Report = Callable[[Result], None]
+OnTrial = Callable[[Result], None]
+
+log = logging.getLogger(__name__)
 
 LOST_WORKER = "trials that were finished are kept: repeat the command with --resume"
 
@@ -28,7 +34,7 @@ class ExtrinsicPhase:
 
     Attributes:
         plan: what is tested.
-        n_trials: how many of the goals, from the first on.
+        n_trials: how many of the goals, of all classes in proportion.
         out: the result file.
         jobs: number of processes; the scores do not depend on it.
     """
@@ -54,11 +60,11 @@ class ExtrinsicPhase:
 
     def run(
         self,
-        report: Report,
+        report: OnTrial,
         *,
         resume: bool = False,
         overwrite: bool = False,
-        guest: Guest | None = None,
+        proxy: ControllerProxy | None = None,
     ) -> Result:
         """Test every goal; the result file is written anew after each.
 
@@ -66,7 +72,7 @@ class ExtrinsicPhase:
             report: told of the result so far, after every trial.
             resume: go on with the result file where there is one.
             overwrite: replace the result file where there is one.
-            guest: the controller as an intrinsic phase in this process left it.
+            proxy: the controller as an intrinsic phase in this process left it.
 
         Raises:
             Interrupted: the user stopped it; ``resume`` goes on.
@@ -74,36 +80,45 @@ class ExtrinsicPhase:
             RealBenchError: anything else that is wrong, before or while it runs.
         """
         check_output(self.out, overwrite=True)  # whether it can be written at all
+        self.plan.check_outputs()
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
-            remedy = "--overwrite" if guest else "--resume or --overwrite"
+            remedy = "--overwrite" if proxy else "--resume or --overwrite"
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
-            identity = self._identity() if guest is None else guest.identity
-            result = self._begun(identity, resume)
-            for trial, seconds in self._trials(identity, result, guest, stop):
+            identity = self._identity() if proxy is None else proxy.identity
+            given = self.plan.handover(identity) if proxy is None else NOTHING
+            result = self._begun(identity, given.learned, resume)
+            for trial, seconds in self._trials(identity, result, proxy, given, stop):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
-        if not result.is_complete:
+        if not result.is_finished:
             raise Interrupted(
                 f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
-                f"{self.out}{'' if guest else ': repeat the command with --resume'}"
+                f"{self.out}{'' if proxy else ': repeat the command with --resume'}"
             )
         return result
 
-    def _identity(self) -> Identity:
-        return self.plan.host.identity(self.plan.controller, self.plan.settings)
+    @property
+    def goal_numbers(self) -> tuple[int, ...]:
+        """The goals to be tested, ascending; those of a shorter test are among them."""
+        return goals_in_proportion(self.plan.goal_set.classes, self.n_trials)
 
-    def _begun(self, identity: Identity, resume: bool) -> Result:
+    def _identity(self) -> Identity:
+        identity = self.plan.backend.identity(self.plan.controller, self.plan.settings)
+        log.info("controller: %s", identity)
+        return identity
+
+    def _begun(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:
         """An empty result, or the one to be resumed."""
-        setting = self._setting(identity)
+        setting = self._setting(identity, learned)
         if not resume:
             return Result(setting=setting)
         result = load_result(self.out)
         changed = [
             name
             for name in Setting.model_fields
-            if name != "n_goals" and getattr(result.setting, name) != getattr(setting, name)
+            if name != "goal_numbers" and getattr(result.setting, name) != getattr(setting, name)
         ]
         if changed:
             raise ResultError(
@@ -114,25 +129,32 @@ class ExtrinsicPhase:
                 f"{self.out} cannot be resumed, it was made before commands were kept: "
                 "use --overwrite"
             )
-        if result.trials and result.trials[-1].goal >= self.n_trials:
+        tested = {trial.goal for trial in result.trials}
+        if more := sorted(tested - set(self.goal_numbers)):
             raise ResultError(
-                f"{self.out} already holds goal {result.trials[-1].goal}, beyond the "
-                f"{self.n_trials} trials asked"
+                f"{self.out} already holds goal {more[0]}, beyond the {self.n_trials} trials asked"
             )
         return result.model_copy(update={"setting": setting})
 
     def _trials(
-        self, identity: Identity, result: Result, guest: Guest | None, stop: StopRequest
+        self,
+        identity: Identity,
+        result: Result,
+        proxy: ControllerProxy | None,
+        given: Handover,
+        stop: StopRequest,
     ) -> Iterator[tuple[TrialResult, float]]:
         done = {trial.goal for trial in result.trials}
-        left = [number for number in range(self.n_trials) if number not in done]
+        left = [number for number in self.goal_numbers if number not in done]
         if not left:
             return
-        if self.jobs > 1 and guest is None and not identity.learns_across_trials:
+        if self.jobs > 1 and proxy is None and not identity.learns_across_trials:
             jobs = min(self.jobs, len(left))
-            yield from in_processes(partial(_maker, self.plan), left, jobs, stop, LOST_WORKER)
+            yield from in_processes(
+                partial(_maker, self.plan, given), left, jobs, stop, LOST_WORKER
+            )
             return
-        maker = TrialMaker(self.plan, guest)
+        maker = TrialMaker(self.plan, proxy, given)
         try:
             if maker.in_order and done:
                 raise ResultError(
@@ -146,25 +168,30 @@ class ExtrinsicPhase:
         finally:
             maker.close()
 
-    def _setting(self, identity: Identity) -> Setting:
+    def _setting(self, identity: Identity, learned: Learned | None) -> Setting:
         plan = self.plan
+        if not plan.controller.isprintable():
+            raise ResultError(f"a result cannot tell of {plan.controller!r}: give it another name")
         run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,
+            control_version=plan.condition.control_version,
             objects=plan.goal_set.n_objects,
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
             controller=plan.controller,
-            controller_sha256=identity.source_sha256,
+            controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
+            learned=learned,
             run_sha256=run_sha256,
             run_steps=plan.run_steps or run_steps,
             goals_sha256=plan.goal_set.sha256,
-            n_goals=self.n_trials,
+            n_goals=len(plan.goal_set),
+            goal_numbers=self.goal_numbers,
             trial_steps=plan.trial_steps,
             seed=plan.seed,
-            versions=package_versions(),
+            versions=run_versions(),
         )
 
 
@@ -176,5 +203,5 @@ def _run_identity(run: Path | None) -> tuple[str, int]:
     return file_sha256(run), n_steps
 
 
-def _maker(plan: TrialPlan) -> Callable[[int], tuple[TrialResult, float]]:
-    return TrialMaker(plan).make
+def _maker(plan: TrialPlan, given: Handover) -> Callable[[int], tuple[TrialResult, float]]:
+    return TrialMaker(plan, given=given).make

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -11,18 +12,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
-from real_bench.finding import resolved
-from real_bench.phases.guest import Guest, Host, Identity, closed_on_error
-from real_bench.phases.local import LocalHost
+from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import at_play
+from real_bench.phases.proxy import (
+    NO_FILES,
+    ControllerBackend,
+    ControllerProxy,
+    Identity,
+    closed_on_error,
+)
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
-from real_bench.recording import MOVED_M, Experience, Header, Recorder, package_versions
+from real_bench.recording import (
+    MOVED_M,
+    Experience,
+    Header,
+    Recorder,
+    Recording,
+    run_versions,
+)
 from real_bench.simulation.scene import Scene
+from real_bench.source import resolved
 from real_bench.task import Task
 
 
@@ -41,7 +54,9 @@ class Progress:
     n_moved: int
 
 
-Report = Callable[[Progress], None]
+OnPlay = Callable[[Progress], None]
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -59,7 +74,7 @@ class IntrinsicPhase:
         images: record the camera image of every state; None: in image conditions, and where the
             controller uses them.
         settings: values for the controller's settings; its defaults where they are silent.
-        host: where the controller runs.
+        backend: where the controller runs.
     """
 
     controller: str
@@ -71,7 +86,7 @@ class IntrinsicPhase:
     out: Path
     images: bool | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
-    host: Host = field(default_factory=LocalHost)
+    backend: ControllerBackend = field(default_factory=LocalBackend)
 
     def __post_init__(self) -> None:
         if not 1 <= self.steps < 2**63:
@@ -82,7 +97,9 @@ class IntrinsicPhase:
             raise RealBenchError(f"condition {self.condition.name} is about images: record them")
         self.scene.object_names(self.objects)
 
-    def run(self, report: Report, *, resume: bool = False, overwrite: bool = False) -> Guest:
+    def run(
+        self, report: OnPlay, *, resume: bool = False, overwrite: bool = False
+    ) -> ControllerProxy:
         """Play to the end; returns the controller as it then is.
 
         Args:
@@ -99,41 +116,65 @@ class IntrinsicPhase:
         check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
         task = Task(self.scene, self.condition, self.objects)
         try:
-            guest = self.host.guest(self.controller, self.settings, task)
-            with closed_on_error(guest), stop_requests() as stop:
-                header = self._header(guest.identity)
+            proxy = self.backend.proxy(self.controller, self.settings, task, self._files(resume))
+            with closed_on_error(proxy), stop_requests() as stop:
+                if not proxy.identity.learns_across_trials:
+                    proxy.copy().close()  # one that cannot be copied is told before it plays
+                log.info("controller: %s", proxy.identity)
+                self._tell_what_is_forgotten(proxy.identity)
+                header = self._header(proxy.identity)
                 with self._recorder(header, resume, overwrite) as recorder:
-                    self._begin(task, guest, recorder)
+                    self._begin(task, proxy, recorder)
                     if not recorder.ended:
-                        _Play(task, guest, recorder, self.steps, self.out).run(report, stop)
+                        _Play(task, proxy, recorder, self.steps, self.out).run(report, stop)
         finally:
             task.close()
-        return guest
+        return proxy
+
+    def _tell_what_is_forgotten(self, identity: Identity) -> None:
+        if not (identity.hands_over_state or identity.learns_from_experience):
+            log.info(
+                "it has no get_state(): what it learns in itself is gone after the play, unless "
+                "this is `realbench evaluate`"
+            )
+
+    def _files(self, resume: bool) -> Mapping[str, bytes]:
+        if not resume:
+            return NO_FILES
+        with Recording(self.out) as recording:
+            return recording.controller_files()
 
     def _recorder(self, header: Header, resume: bool, overwrite: bool) -> Recorder:
-        size = make_control(self.condition.control).size
+        size = self.condition.control_type.size
         if resume:
             return Recorder.resume(self.out, header, size, self.steps)
         camera = self.scene.manifest.camera
         return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=overwrite)
 
-    def _begin(self, task: Task, guest: Guest, recorder: Recorder) -> None:
+    def _begin(self, task: Task, proxy: ControllerProxy, recorder: Recorder) -> None:
         """Put world and controller where the phase begins, or where it was cut."""
-        cut = recorder.cut
-        if cut is None:
-            guest.seed(self.seed)
+        point = recorder.resume_point
+        if point is None:
+            proxy.seed(self.seed)
             task.begin()
             return
         # A controller that hands over no state must not play the same actions once more.
-        guest.seed(derived_seed(self.seed, cut.number))
-        guest.set_state(cut.controller_state)
+        proxy.seed(derived_seed(self.seed, point.number))
+        proxy.set_state(point.controller_state)
         if recorder.n_steps < self.steps:
-            guest.call("resume_intrinsic_phase", Experience(self.out, self.condition))
-        task.begin(object_poses=cut.object_poses, joint_positions=cut.joint_positions)
+            proxy.call("resume_intrinsic_phase", Experience(self.out, self.condition))
+        task.begin(object_poses=point.object_poses, joint_positions=point.joint_positions)
 
     def _header(self, identity: Identity) -> Header:
+        source = resolved(self.controller)
+        for place in (source, self.scene.source):
+            if not place.isprintable():
+                raise RecordingError(
+                    f"a recording cannot tell where {place!r} is: give its folder another name"
+                )
         return Header(
             condition=self.condition.name,
+            control_version=self.condition.control_version,
             objects=self.objects,
             object_names=self.scene.object_names(self.objects),
             scene=self.scene.name,
@@ -141,12 +182,12 @@ class IntrinsicPhase:
             scene_sha256=self.scene.sha256,
             seed=self.seed,
             controller=self.controller,
-            controller_source=resolved(self.controller),
+            controller_source=source,
             controller_class=identity.class_name,
-            controller_sha256=identity.source_sha256,
+            controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             images=self._records_images(identity.uses_images),
-            versions=package_versions(),
+            versions=run_versions(),
         )
 
     def _records_images(self, uses_images: bool) -> bool:
@@ -157,31 +198,36 @@ class IntrinsicPhase:
         return self.images
 
 
-LONGEST_UNMARKED_S = 10.0
+LONGEST_WITHOUT_CHECKPOINT_S = 10.0
 
 
 class _Play:
     """The playing itself, from wherever the phase has come to."""
 
-    def __init__(self, task: Task, guest: Guest, recorder: Recorder, steps: int, out: Path) -> None:
-        self._task, self._guest, self._recorder = task, guest, recorder
+    def __init__(
+        self, task: Task, proxy: ControllerProxy, recorder: Recorder, steps: int, out: Path
+    ) -> None:
+        self._task, self._proxy, self._recorder = task, proxy, recorder
         self._steps, self._out = steps, out
-        self._next_mark = 0.0
+        self._player = at_play(proxy, task)
+        self._next_checkpoint = 0.0
 
-    def run(self, report: Report, stop: StopRequest) -> None:
+    def run(self, report: OnPlay, stop: StopRequest) -> None:
         """Play until the steps are over or a stop is requested; write what happened."""
         recorder = self._recorder
-        self._guest.call("start_intrinsic_phase")
+        self._proxy.call("start_intrinsic_phase")
         try:
             if recorder.n_steps < self._steps:
                 self._play(report, stop)
-            recorder.mark(self._guest.get_state())
+            recorder.keep_files(self._proxy.get_files())
+            recorder.checkpoint(self._proxy.get_state())
             if recorder.n_steps >= self._steps:
-                self._guest.call("end_intrinsic_phase", self._task.observe().now(), 0.0, True)
-                recorder.mark(self._guest.get_state())
+                self._proxy.call("end_intrinsic_phase", self._player.look(), 0, True)
+                recorder.checkpoint(self._proxy.get_state())
                 recorder.write()
-                self._guest.use_experience(Experience(self._out, self._task.condition))
-                recorder.mark(self._guest.get_state(), ended=True)
+                self._proxy.use_experience(Experience(self._out, self._task.condition))
+                recorder.keep_files(self._proxy.get_files())
+                recorder.checkpoint(self._proxy.get_state(), ended=True)
         except RecordingError:
             raise  # it could not be written before, and cannot now
         except BaseException:
@@ -194,27 +240,26 @@ class _Play:
                 "is recorded: repeat the command with --resume"
             )
 
-    def _play(self, report: Report, stop: StopRequest) -> None:
+    def _play(self, report: OnPlay, stop: StopRequest) -> None:
         recorder, task = self._recorder, self._task
-        player = at_play(self._guest, task)
         poses = recorder.add_state(task)
         n_actions = n_moved = 0
         while recorder.n_steps < self._steps and not stop.made:
-            action = player.play(self._steps - recorder.n_steps)
+            action = self._player.play(self._steps - recorder.n_steps)
             before, poses = poses, recorder.add_transition(action, task)
             n_actions, n_moved = n_actions + 1, n_moved + _moved(before, poses)
-            self._mark_if_cheap()
+            self._checkpoint_if_cheap()
             if recorder.is_due:
                 recorder.write()
             report(Progress(recorder.n_steps, self._steps, n_actions, n_moved))
 
-    def _mark_if_cheap(self) -> None:
+    def _checkpoint_if_cheap(self) -> None:
         """Take the controller's state: as often as it costs little, and every ten seconds."""
         began = time.monotonic()
-        if began >= self._next_mark:
-            self._recorder.mark(self._guest.get_state())
+        if began >= self._next_checkpoint:
+            self._recorder.checkpoint(self._proxy.get_state())
             now = time.monotonic()
-            self._next_mark = now + min(99 * (now - began), LONGEST_UNMARKED_S)
+            self._next_checkpoint = now + min(99 * (now - began), LONGEST_WITHOUT_CHECKPOINT_S)
 
 
 def _moved(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:

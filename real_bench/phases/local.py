@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import random
 import sys
 from collections.abc import Callable, Mapping
@@ -11,77 +12,115 @@ from typing import Any, cast
 import numpy as np
 
 from real_bench.actions import Action, Command, check_action, wants_render
+from real_bench.blame import blame, says_enough
+from real_bench.compat.official import OfficialActions, official_observation, official_space
+from real_bench.controller import Controller
 from real_bench.errors import ActionError, ControllerError, PhysicsError
 from real_bench.explanation import Explanation
 from real_bench.finding import (
-    blame,
     find_controller,
+    has_own,
     is_action_level,
-    says_enough,
+    keeps_our_contract,
     source_file,
-    source_sha256,
 )
-from real_bench.phases.guest import Identity, Terms, fault
-from real_bench.recording import Experience, State
+from real_bench.independence import shared_through
+from real_bench.observation import Observation
+from real_bench.phases.proxy import NO_FILES, Identity, Terms, fault
+from real_bench.recording import ControllerState, Experience
 from real_bench.settings import check_settings, settings_in_full
+from real_bench.source import ControllerSource
+
+OFFICIAL_HOOKS = frozenset(
+    f"{when}_{phase}"
+    for when in ("start", "end")
+    for phase in ("intrinsic_phase", "extrinsic_phase", "extrinsic_trial")
+)
+"""The hooks of the official class API; those of ours are for classes derived from Controller."""
 
 
-class LocalHost:
+class LocalBackend:
     """Has controllers in our own process, with all that it can reach."""
 
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
-        return identify(find_controller(spec), spec, settings)
+        return identify(find_controller(spec), ControllerSource.of(spec), settings)
 
-    def guest(self, spec: str, settings: Mapping[str, Any], task: Terms) -> LocalGuest:
+    def proxy(
+        self,
+        spec: str,
+        settings: Mapping[str, Any],
+        task: Terms,
+        files: Mapping[str, bytes] = NO_FILES,
+    ) -> LocalProxy:
         """The controller, made; raises ControllerError."""
-        return LocalGuest(spec, find_controller(spec), settings, task)
+        if files:
+            raise ControllerError(
+                f"controller {spec}: it played in isolation and wrote {', '.join(sorted(files))} "
+                "there: use --isolate, so that it finds that again"
+            )
+        return LocalProxy(ControllerSource.of(spec), find_controller(spec), settings, task)
 
 
-def identify(kind: type[Any], spec: str, settings: Mapping[str, Any] | None) -> Identity:
+def identify(
+    kind: type[Any], source: ControllerSource, settings: Mapping[str, Any] | None
+) -> Identity:
     """What a class is; raises ControllerError for bad settings, unless these are not asked for."""
     return Identity(
         class_name=kind.__qualname__,
-        source_sha256=source_sha256(kind),
+        file=str(source_file(kind) or ""),
+        code_sha256=source.code_sha256,
         action_level=is_action_level(kind),
         uses_images=bool(getattr(kind, "uses_images", False)),
         learns_across_trials=_learns_across_trials(kind),
-        settings={} if settings is None else settings_in_full(kind, spec, settings),
+        learns_from_experience=has_own(kind, "use_experience"),
+        hands_over_state=has_own(kind, "get_state"),
+        settings={} if settings is None else settings_in_full(kind, source.spec, settings),
     )
 
 
-class LocalGuest:
+class LocalProxy:
     """A controller with its errors turned into ours, and missing hooks into nothing.
 
     Args:
-        spec: how the user names it, for messages.
+        source: what the user names it by, and where its code lies.
         kind: its class.
         settings: values for its settings, if it has any.
         terms: what it is made with.
     """
 
     def __init__(
-        self, spec: str, kind: type[Any], settings: Mapping[str, Any], terms: Terms
+        self,
+        source: ControllerSource,
+        kind: type[Any],
+        settings: Mapping[str, Any],
+        terms: Terms,
     ) -> None:
-        self.spec = spec
-        self.identity = identify(kind, spec, settings)
+        self.spec = source.spec
+        self.identity = identify(kind, source, settings)
         self._control = terms.control
-        file = source_file(kind)
-        self._file = str(file) if file else None
+        self._place = source.place
+        self._hooks_of_ours = keeps_our_contract(kind)
         # Its own spaces: sampling from them is part of its randomness.
         self._action_space = copy.deepcopy(terms.action_space)
-        checked = check_settings(kind, spec, settings)
-        arguments = (self._action_space, terms.observation_space)
-        self._controller = self._guarded(kind, *arguments, *([checked] if checked else []))
+        self._official = None if self._hooks_of_ours else OfficialActions(self.spec, terms.control)
+        seen = (
+            official_space(terms.observation_space) if self._official else terms.observation_space
+        )
+        checked = check_settings(kind, self.spec, settings)
+        arguments = (self._action_space, seen, *([checked] if checked else []))
+        self._check_signature(kind, arguments)
+        self._controller = self._guarded(kind, *arguments)
         if _learns_across_trials(self._controller) != self.identity.learns_across_trials:
             raise fault(self, "learns_across_trials must be set on the class, not on the instance")
 
     def call(self, hook: str, *arguments: Any) -> Any:
-        """Call a method, or do nothing where there is none; raises ControllerError."""
-        bound = getattr(self._controller, hook, None)
-        if not callable(bound):  # an official controller may have a number called `seed`
+        """Call a hook, or do nothing where there is none; raises ControllerError."""
+        if not (self._hooks_of_ours or hook in OFFICIAL_HOOKS):
             return None
-        return self._guarded(bound, *arguments)
+        bound = getattr(self._controller, hook, None)
+        shown = map(self._shown, arguments)
+        return self._guarded(bound, *shown) if callable(bound) else None
 
     def seed(self, seed: int) -> None:
         """Seed the controller, and what controllers draw from without being asked to."""
@@ -95,7 +134,7 @@ class LocalGuest:
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """The next whole action; it can be executed."""
-        action = self.call("next_action", observation)
+        action = self._guarded(self._controller.next_action, observation)
         try:
             return check_action(action, self._control)
         except ActionError as error:
@@ -103,15 +142,18 @@ class LocalGuest:
 
     def step(self, observation: Mapping[str, Any]) -> tuple[Command, bool]:
         """The next step's command, and whether images are wanted."""
-        action = self.call("step", dict(observation), 0.0, False)
+        action = self._guarded(self._controller.step, self._shown(observation), 0, False)
         try:
+            if self._official:
+                action = self._official.known(action)
             return self._control.command(action), wants_render(action)
         except ActionError as error:
             raise fault(self, f"step() returned a bad action: {error}") from error
         except (Exception, SystemExit) as error:  # a stranger's object may raise anything
-            raise fault(self, f"step() returned a bad action: {blame(error)}") from error
+            where = blame(error, self._place)
+            raise fault(self, f"step() returned a bad action: {where}") from error
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         """What the controller hands over, its own copy."""
         state = self.call("get_state")
         if state is None:  # a class of its own, without the method
@@ -121,14 +163,12 @@ class LocalGuest:
                 f"controller {self.spec}: get_state() must return a dict, "
                 f"not {type(state).__name__}"
             )
-        return cast(State, self._guarded(copy.deepcopy, state))
+        return cast(ControllerState, self._guarded(copy.deepcopy, state))
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on from a state; an empty one is none."""
         if not state:
             return
-        if not callable(getattr(self._controller, "set_state", None)):
-            raise fault(self, "it has get_state() but no set_state()")
         self.call("set_state", state)
 
     def use_experience(self, experience: Experience) -> None:
@@ -144,16 +184,26 @@ class LocalGuest:
             )
         return explanation
 
-    def copy(self) -> LocalGuest:
+    def get_files(self) -> dict[str, bytes]:
+        """It writes where the user is, and finds that again by itself."""
+        return {}
+
+    def copy(self) -> LocalProxy:
         """An independent copy of the controller as it is now."""
+        if name := shared_through(self._controller, self._place):
+            raise fault(
+                self,
+                f"cannot be copied for each goal: {name} holds the controller, so that its copies "
+                "would share it. Keep it in an instance, or set learns_across_trials = True",
+            )
         twin = copy.copy(self)
         try:
             pair = copy.deepcopy((self._controller, self._action_space))
         except Exception as error:
             raise fault(
                 self,
-                f"cannot be copied for each goal ({blame(error, self._file)}): define "
-                "__deepcopy__, or set learns_across_trials",
+                f"cannot be copied for each goal ({blame(error, self._place)}): define "
+                "__deepcopy__, or set learns_across_trials = True",
             ) from error
         twin._controller, twin._action_space = pair
         return twin
@@ -161,17 +211,48 @@ class LocalGuest:
     def close(self) -> None:
         """Nothing is held that would have to be let go."""
 
+    def _shown(self, argument: Any) -> Any:
+        """What the controller is given for an argument: an observation as its kind knows it."""
+        if type(argument) is not Observation:
+            return argument
+        return official_observation(argument) if self._official else argument.now()
+
     def _guarded(self, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
             return function(*arguments)
         except PhysicsError:
             raise  # of the world that it looks at, not its own
         except (Exception, SystemExit) as error:
-            if says_enough(error, self._file):
+            if says_enough(error, self._place):
                 raise fault(self, str(error)) from error
             name = getattr(function, "__name__", "it")
-            raise fault(self, f"{name}() failed at {blame(error, self._file)}") from error
+            raise fault(self, f"{name}() failed at {blame(error, self._place)}") from error
+
+    def _check_signature(self, kind: type[Any], arguments: tuple[Any, ...]) -> None:
+        """Say so where a class is made with the action space alone, as in 2019."""
+        try:
+            signature = inspect.signature(kind)
+        except (TypeError, ValueError):  # of a class that is not written in Python
+            return
+        if not _binds(signature, arguments) and _binds(signature, arguments[:1]):
+            raise fault(
+                self,
+                "its __init__ takes the action space alone, as in the competition of 2019: since "
+                "2020 it is __init__(self, action_space, observation_space)",
+            )
+
+
+def _binds(signature: inspect.Signature, arguments: tuple[Any, ...]) -> bool:
+    try:
+        signature.bind(*arguments)
+    except TypeError:
+        return False
+    return True
 
 
 def _learns_across_trials(controller: object) -> bool:
-    return bool(getattr(controller, "learns_across_trials", False))
+    """As it says; one of the official class API met all goals in order, so that is its default."""
+    default = not isinstance(controller, Controller)
+    if isinstance(controller, type):
+        default = not keeps_our_contract(controller)
+    return bool(getattr(controller, "learns_across_trials", default))

@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from real_bench.actions import ACTION_STEPS, Action, Command
-from real_bench.phases.guest import Guest
+from real_bench.observation import Observation
+from real_bench.phases.proxy import ControllerProxy
 from real_bench.task import Task
 
 
@@ -17,31 +18,38 @@ class Player(Protocol):
     def play(self, n_steps_left: int) -> Action:
         """One action, executed; at most ``n_steps_left`` steps of it. Returns what was done."""
 
+    def look(self) -> Observation:
+        """What is seen now; of one called at every step, with images where it asked for them."""
 
-def at_play(guest: Guest, task: Task) -> Player:
+
+def at_play(proxy: ControllerProxy, task: Task) -> Player:
     """Begin to play in a task, which must have begun."""
-    return ActionPlayer(guest, task) if guest.identity.action_level else StepPlayer(guest, task)
+    return ActionPlayer(proxy, task) if proxy.identity.action_level else StepPlayer(proxy, task)
 
 
 class ActionPlayer:
     """Plays a controller that decides on whole actions."""
 
-    def __init__(self, guest: Guest, task: Task) -> None:
-        self._guest = guest
+    def __init__(self, proxy: ControllerProxy, task: Task) -> None:
+        self._proxy = proxy
         self._task = task
 
     def play(self, n_steps_left: int) -> Action:
         """Ask for the next action and execute it in the fast loop."""
-        action = self._guest.next_action(self._task.observe()).first(n_steps_left)
+        action = self._proxy.next_action(self.look()).first(n_steps_left)
         self._task.execute(action)
         return action
+
+    def look(self) -> Observation:
+        """What is seen now; images are there for whoever reads them."""
+        return self._task.observe()
 
 
 class StepPlayer:
     """Plays a controller that is called at every step, a stretch of 1000 steps at a time."""
 
-    def __init__(self, guest: Guest, task: Task) -> None:
-        self._guest = guest
+    def __init__(self, proxy: ControllerProxy, task: Task) -> None:
+        self._proxy = proxy
         self._task = task
         self._render = True  # the first observation has images
 
@@ -58,8 +66,11 @@ class StepPlayer:
                 durations.append(1)
         return Action(np.array(commands), np.array(durations), np.zeros(len(commands), bool))
 
+    def look(self) -> Observation:
+        """What is seen now, with images where the last action asked for them."""
+        return self._task.observe(render=self._render)
+
     def _step(self) -> Command:
-        observation = self._task.observe(render=self._render)
-        command, self._render = self._guest.step(observation)
+        command, self._render = self._proxy.step(self.look())
         self._task.step(command)
         return command

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,17 +16,18 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, RealBenchError
-from real_bench.finding import resolved
+from real_bench.files import check_folder, write_whole
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
-from real_bench.phases.film import filmed
-from real_bench.phases.guest import Guest, Host, closed_on_error
-from real_bench.phases.local import LocalHost
-from real_bench.phases.player import at_play
+from real_bench.phases.film import check_films, filmed
+from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
+from real_bench.phases.local import LocalBackend
+from real_bench.phases.player import Player, at_play
+from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity, closed_on_error
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.commands import Commands
-from real_bench.scoring.metric import distances, object_scores
+from real_bench.scoring.metric import distances
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
@@ -47,7 +49,9 @@ class TrialPlan:
         settings: values for the controller's settings; its defaults where they are silent.
         videos, pictures: folders for a film, and for a picture, of each trial.
         explanations: folder for what a controller says of each of its decisions.
-        host: where the controller runs.
+        wanted: what is meant where a recording holds what other code or settings learned, or
+            nothing; see :mod:`real_bench.phases.handover`.
+        backend: where the controller runs.
     """
 
     controller: str
@@ -62,7 +66,8 @@ class TrialPlan:
     videos: Path | None = None
     pictures: Path | None = None
     explanations: Path | None = None
-    host: Host = field(default_factory=LocalHost)
+    wanted: Wanted | None = None
+    backend: ControllerBackend = field(default_factory=LocalBackend)
 
     def __post_init__(self) -> None:
         if self.run_steps is None:
@@ -77,26 +82,55 @@ class TrialPlan:
                     f"{self.run} has {recording.n_steps:,} steps, {self.run_steps:,} were asked for"
                 )
 
+    def handover(self, identity: Identity) -> Handover:
+        """What the controller goes on from: nothing where it learns from a part of the recording.
+
+        Raises ControllerError where it is not plain what is meant.
+        """
+        if self.run is None or self.run_steps is not None:
+            return NOTHING
+        return handed_over(self.run, self.controller, identity, self.condition, self.wanted)
+
+    def check_outputs(self) -> None:
+        """Find out before any work is done whether films, pictures and explanations can be kept.
+
+        Raises:
+            RealBenchError: they cannot.
+        """
+        for folder in (self.videos, self.pictures, self.explanations):
+            if folder is not None:
+                check_folder(folder, make=True)
+        if self.videos is not None:
+            check_films()
+
 
 class TrialMaker:
     """Makes trials with one controller in one world.
 
     Args:
         plan: what is tested.
-        guest: the controller as the intrinsic phase left it, where it is still at hand; else it
-            is made anew and given what the recording holds.
+        proxy: the controller as the intrinsic phase left it, where it is still at hand; else it
+            is made anew.
+        given: what it then goes on from.
+        task: the world of the intrinsic phase, where it is still at hand.
     """
 
-    def __init__(self, plan: TrialPlan, guest: Guest | None = None) -> None:
+    def __init__(
+        self,
+        plan: TrialPlan,
+        proxy: ControllerProxy | None = None,
+        given: Handover = NOTHING,
+        task: Task | None = None,
+    ) -> None:
         self._plan = plan
-        self._task = Task(plan.scene, plan.condition, plan.goal_set.n_objects)
-        self._guest = self._prepared() if guest is None else guest
-        with closed_on_error(self._guest):
+        self._task = task or Task(plan.scene, plan.condition, plan.goal_set.n_objects)
+        self._proxy = self._prepared(given) if proxy is None else proxy
+        with closed_on_error(self._proxy):
             if plan.run is not None:
-                self._guest.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
-            self._guest.call("start_extrinsic_phase")
+                self._proxy.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
+            self._proxy.call("start_extrinsic_phase")
         # whether one controller meets goal after goal
-        self.in_order = self._guest.identity.learns_across_trials
+        self.in_order = self._proxy.identity.learns_across_trials
 
     def make(self, number: int) -> tuple[TrialResult, float]:
         """Test one goal; returns the result and the seconds it took."""
@@ -111,43 +145,34 @@ class TrialMaker:
         """The tests are over."""
         try:
             if self.in_order:
-                self._guest.call("end_extrinsic_phase")
+                self._proxy.call("end_extrinsic_phase")
         finally:
-            self._guest.close()
+            self._proxy.close()
             self._task.close()
 
-    def _prepared(self) -> Guest:
+    def _prepared(self, given: Handover) -> ControllerProxy:
         plan = self._plan
-        guest = plan.host.guest(plan.controller, plan.settings, self._task)
-        with closed_on_error(guest):
-            guest.seed(plan.seed)
-            if plan.run is not None and plan.run_steps is None:
-                self._hand_over(plan.run, guest)
-        return guest
-
-    def _hand_over(self, run: Path, guest: Guest) -> None:
-        """Give it the state that it left; one exploration may serve several controllers."""
-        plan, maker = self._plan, guest.identity
-        with Recording(run) as recording:
-            header = recording.header
-            if header.is_of(resolved(plan.controller), maker.source_sha256, maker.class_name):
-                header.check_state_may_serve(plan.condition)
-                guest.set_state(recording.controller_state())
+        proxy = plan.backend.proxy(plan.controller, plan.settings, self._task, given.files)
+        with closed_on_error(proxy):
+            proxy.seed(plan.seed)
+            proxy.set_state(given.state)
+        return proxy
 
     def _trial(self, number: int) -> TrialResult:
         plan, task, goal = self._plan, self._task, self._plan.goal_set.goals[number]
-        guest = self._guest if self.in_order else self._guest.copy()
+        proxy = self._proxy if self.in_order else self._proxy.copy()
         task.begin(goal)
         start = task.simulation.image().retina if plan.pictures else None
-        guest.seed(derived_seed(plan.seed, number))
+        proxy.seed(derived_seed(plan.seed, number))
         with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
-            guest.call("start_extrinsic_trial")
+            proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
-            actions = self._play(guest, explainer)
-        guest.call("end_extrinsic_trial", task.observe().now(), 0.0, True)
+            player = at_play(proxy, task)
+            actions = self._play(player, proxy, explainer)
+        proxy.call("end_extrinsic_trial", player.look(), 0, True)
         if not self.in_order:
-            guest.call("end_extrinsic_phase")
-            guest.close()
+            proxy.call("end_extrinsic_phase")
+            proxy.close()
         result = trial_result(number, goal, task.simulation.object_poses(), Commands.of(actions))
         if plan.explanations and explainer:
             explainer.save(plan.explanations, f"trial-{number:02d}")
@@ -155,11 +180,12 @@ class TrialMaker:
             self._draw(plan.pictures, result, goal, start)
         return result
 
-    def _play(self, guest: Guest, explainer: Explainer | None) -> list[Action]:
-        player = at_play(guest, self._task)
+    def _play(
+        self, player: Player, proxy: ControllerProxy, explainer: Explainer | None
+    ) -> list[Action]:
         actions: list[Action] = []
         while self._task.n_steps < self._plan.trial_steps:
-            with explainer.decision(guest) if explainer else nullcontext():
+            with explainer.decision(proxy) if explainer else nullcontext():
                 actions.append(player.play(self._plan.trial_steps - self._task.n_steps))
         return actions
 
@@ -168,8 +194,9 @@ class TrialMaker:
     ) -> None:
         end = self._task.simulation.image().retina
         title = f"goal {result.goal} ({goal.challenge}): score {result.score:.3f}"
-        picture = trial_strip(start, goal.retina, end, title)
-        _save(folder / f"trial-{result.goal:02d}.png", picture.save)
+        stream = io.BytesIO()
+        trial_strip(start, goal.retina, end, title).save(stream, "png")
+        write_whole(folder / f"trial-{result.goal:02d}.png", stream.getvalue())
 
 
 def trial_result(
@@ -187,17 +214,8 @@ def trial_result(
     return TrialResult(
         goal=number,
         challenge=goal.challenge,
-        score=float(object_scores(away).sum()),
         distances=tuple(away.tolist()),
         final_poses=tuple(tuple(pose) for pose in poses.tolist()),
         actions_sha256=commands.sha256,
         commands=commands,
     )
-
-
-def _save(path: Path, save: Callable[[Path], None]) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save(path)
-    except OSError as error:
-        raise RealBenchError(f"cannot write {path}: {error.strerror or error}") from error

@@ -19,18 +19,20 @@ from typing import Any, TypeVar
 from uuid import uuid4
 
 from real_bench.errors import RealBenchError
-from real_bench.files import own_folder, write_whole
+from real_bench.files import write_whole
+from real_bench.finding import controller_folders
+from real_bench.locks import own_folder
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
 
-Task = TypeVar("Task")
+Item = TypeVar("Item")
 Done = TypeVar("Done")
 
 
 def in_processes(
-    make_worker: Callable[[], Callable[[Task], Done]],
-    tasks: Iterable[Task],
+    make_worker: Callable[[], Callable[[Item], Done]],
+    tasks: Iterable[Item],
     jobs: int,
     stop: StopRequest,
     remedy: str,
@@ -63,13 +65,19 @@ def in_processes(
 
 @contextmanager
 def _importing_nothing_from_here() -> Iterator[None]:
-    """Have new processes not import what lies in the current folder, which may be a stranger's."""
+    """Have new processes not begin with what lies in the current folder, or beside a controller.
+
+    Modules there may have the names of ours; a controller is found in its process all the same.
+    """
     name = "PYTHONSAFEPATH"  # from Python 3.11 on
     before = os.environ.get(name)
     os.environ[name] = "1"
+    path, strange = list(sys.path), controller_folders()
+    sys.path[:] = [folder for folder in path if folder not in strange]
     try:
         yield
     finally:
+        sys.path[:] = path
         if before is None:
             del os.environ[name]
         else:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.actions import ACTION_STEPS, Action
-from real_bench.controller import Controller, State
+from real_bench.controller import Controller, ControllerState
+from real_bench.controls import control_of
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
@@ -40,7 +41,7 @@ class AbstractionSettings(Settings):
         levels: L, how many levels of abstraction there are.
     """
 
-    levels: int = Field(N_LEVELS, ge=2, le=100_000)
+    levels: int = Field(default=N_LEVELS, ge=2, le=100_000)
 
 
 class PlannerSettings(Settings):
@@ -89,9 +90,9 @@ class RealX(Controller):
         if self._curiosity is not None:
             self._curiosity.seed(seed)
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         """Where in its random sequence it is, and what it has learned to see."""
-        state: State = {
+        state: ControllerState = {
             "random": self._random.bit_generator.state,
             "perception": self._perception.get_state(),
         }
@@ -99,7 +100,7 @@ class RealX(Controller):
             state["curiosity"] = self._curiosity.get_state()
         return state
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on from there."""
         self._random.bit_generator.state = state["random"]
         self._perception.set_state(state["perception"])
@@ -169,7 +170,7 @@ class RealX(Controller):
 
     def _rest(self) -> Action:
         """Nothing, for one action."""
-        return Action.rest(4 if "macro_action" in self.action_space.spaces else 9)
+        return control_of(self.action_space).rest()
 
 
 def _title(plan: Plan) -> str:

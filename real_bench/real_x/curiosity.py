@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.actions import Action
+from real_bench.controls import MacroControl
 from real_bench.real_x.change import STEPS, ChangePredictor, changed
-from real_bench.real_x.eye import EyeSettings
+from real_bench.real_x.foreground import ForegroundSettings
 from real_bench.real_x.home import is_home
 from real_bench.real_x.latents import LATENT_AN_OBJECT, Latents, VAESettings
 from real_bench.real_x.triplets import Triplets
@@ -41,7 +42,7 @@ class CuriositySettings(Settings):
     every: int = Field(500, ge=2)
     candidates: int = Field(1000, ge=1)
     latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
-    eye: EyeSettings = EyeSettings()
+    eye: ForegroundSettings = ForegroundSettings()
     vae: VAESettings = VAESettings(steps=400)
     steps: int = Field(default=STEPS, ge=1)
 
@@ -143,5 +144,5 @@ class Curiosity:
 
 def _described(action: Action) -> NDArray[np.float64]:
     """What is commanded at each moment, (k, size); a macro is one command throughout."""
-    is_macro = action.commands.shape[1] == 4
+    is_macro = action.commands.shape[1] == MacroControl.size
     return action.commanded(MOMENTS[:1] if is_macro else MOMENTS)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.errors import RealBenchError
-from real_bench.real_x.eye import Eye, EyeSettings
-from real_bench.real_x.perception import State
+from real_bench.real_x.foreground import ForegroundExtractor, ForegroundSettings
+from real_bench.real_x.perception import StateVector
 from real_bench.real_x.triplets import Triplets
-from real_bench.real_x.vae import VAE, Report, Training
+from real_bench.real_x.vae import VAE, OnTraining, Training
 from real_bench.recording import Experience
 from real_bench.settings import Settings
 
@@ -52,6 +52,13 @@ class VAESettings(Settings):
     weight: float = Field(default=1000.0, gt=0)
 
 
+class SightSettings(Settings):
+    """How images are seen, part by part."""
+
+    eye: ForegroundSettings = ForegroundSettings()
+    vae: VAESettings = VAESettings()
+
+
 class Latents:
     """Sees images through a background and a VAE that both are learned from experience.
 
@@ -59,9 +66,9 @@ class Latents:
         eye, vae: settings.
     """
 
-    def __init__(self, eye: EyeSettings, vae: VAESettings) -> None:
+    def __init__(self, eye: ForegroundSettings, vae: VAESettings) -> None:
         self._eye_settings, self._vae_settings, self._seed = eye, vae, 0
-        self._eye = Eye(eye)
+        self._eye = ForegroundExtractor(eye)
         self._vae: VAE | None = None
         self._learned_from = 0
 
@@ -69,11 +76,11 @@ class Latents:
         """Of the VAE's first weights and training."""
         self._seed = seed
 
-    def state(self, observation: Mapping[str, Any]) -> State:
+    def state(self, observation: Mapping[str, Any]) -> StateVector:
         """The code of the camera's image now."""
         return self.code(self.shrink(observation["retina"]))
 
-    def goal(self, observation: Mapping[str, Any]) -> State:
+    def goal(self, observation: Mapping[str, Any]) -> StateVector:
         """The code of the goal's image."""
         return self.code(self.shrink(observation["goal"]))
 
@@ -96,7 +103,7 @@ class Latents:
         return Triplets(codes[experience.preconditions], codes[experience.outcomes])
 
     def learn(
-        self, images: NDArray[np.uint8], n_latent: int, report: Report | None = None
+        self, images: NDArray[np.uint8], n_latent: int, report: OnTraining | None = None
     ) -> NDArray[np.float64]:
         """Learn from images in the eye's size; what was learned before is forgotten.
 
@@ -122,9 +129,9 @@ class Latents:
         """An image in the eye's size, (height, width, 3)."""
         return self._eye.shrink(image)
 
-    def code(self, image: NDArray[np.uint8]) -> State:
+    def code(self, image: NDArray[np.uint8]) -> StateVector:
         """The code of one image in the eye's size; raises RealBenchError untrained."""
-        code: State = self._encode(self._eye.foregrounds(image[None]))[0]
+        code: StateVector = self._encode(self._eye.foregrounds(image[None]))[0]
         return code
 
     def get_state(self) -> dict[str, Any]:

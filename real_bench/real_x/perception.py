@@ -14,7 +14,7 @@ from real_bench.errors import RealBenchError
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
 
-State = NDArray[np.float64]
+StateVector = NDArray[np.float64]
 
 COPIES = 7
 """As many copies of its states as making a planner takes at its peak, outcomes included."""
@@ -26,10 +26,10 @@ MOST_BYTES = 1_300_000_000
 class Perception(Protocol):
     """Turns what is seen into state vectors of V variables."""
 
-    def state(self, observation: Mapping[str, Any]) -> State:
+    def state(self, observation: Mapping[str, Any]) -> StateVector:
         """The present state, (V,)."""
 
-    def goal(self, observation: Mapping[str, Any]) -> State:
+    def goal(self, observation: Mapping[str, Any]) -> StateVector:
         """The state that is asked for, (V,)."""
 
     def triplets(self, experience: Experience) -> Triplets:
@@ -65,11 +65,11 @@ class _Unlearned:
 class ObjectPositions(_Unlearned):
     """States are x and y of each object, metres (paper, condition REAL_OM)."""
 
-    def state(self, observation: Mapping[str, Any]) -> State:
+    def state(self, observation: Mapping[str, Any]) -> StateVector:
         """x, y of each object now."""
         return _planar(observation["object_positions"])
 
-    def goal(self, observation: Mapping[str, Any]) -> State:
+    def goal(self, observation: Mapping[str, Any]) -> StateVector:
         """x, y of each object in the goal."""
         return _planar(observation["goal_positions"])
 
@@ -99,11 +99,11 @@ class BlurredImages(_Unlearned):
     def __init__(self, width: int, height: int, blur: float) -> None:
         self._width, self._height, self._blur = width, height, blur
 
-    def state(self, observation: Mapping[str, Any]) -> State:
+    def state(self, observation: Mapping[str, Any]) -> StateVector:
         """The camera's image now."""
         return self._cells(observation["retina"])
 
-    def goal(self, observation: Mapping[str, Any]) -> State:
+    def goal(self, observation: Mapping[str, Any]) -> StateVector:
         """The image of the goal."""
         return self._cells(observation["goal"])
 
@@ -125,7 +125,7 @@ class BlurredImages(_Unlearned):
         """Images tell no positions."""
         return None
 
-    def _cells(self, image: NDArray[np.uint8]) -> State:
+    def _cells(self, image: NDArray[np.uint8]) -> StateVector:
         grey = Image.fromarray(image).convert("F")
         small = grey.resize((self._width, self._height), Image.Resampling.BOX)
         cells = np.asarray(small, np.float64)
@@ -135,5 +135,5 @@ class BlurredImages(_Unlearned):
         return np.ravel(cells)
 
 
-def _planar(positions: Mapping[str, Any]) -> State:
+def _planar(positions: Mapping[str, Any]) -> StateVector:
     return np.concatenate([np.asarray(position)[:2] for position in positions.values()])

@@ -19,7 +19,7 @@ LEAST_CELL = 1e-5
 """No cell is expected to be emptier than this, nor fuller than 1 less it."""
 
 Weights = dict[str, NDArray[np.float32]]
-Report = Callable[[int, int, float], None]
+OnTraining = Callable[[int, int, float], None]
 """Told of an epoch (from 0), how many there are, and its mean loss."""
 
 
@@ -65,7 +65,7 @@ class VAE:
         return self  # a trained one is only read
 
     @fixed_threads
-    def train(self, images: NDArray[np.float32], training: Training, report: Report) -> None:
+    def train(self, images: NDArray[np.float32], training: Training, report: OnTraining) -> None:
         """Learn to reconstruct images, (n, n_inputs)."""
         if images.ndim != 2 or images.shape[1] != self.n_inputs or len(images) == 0:
             raise RealBenchError(

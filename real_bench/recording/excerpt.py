@@ -10,6 +10,7 @@ import numpy as np
 
 from real_bench.errors import RecordingError
 from real_bench.recording.experience import Experience
+from real_bench.recording.opening import open_hdf5
 from real_bench.recording.reader import Recording
 from real_bench.recording.schema import IMAGES_A_CHUNK
 
@@ -26,7 +27,7 @@ def write_excerpt(experience: Experience, path: Path) -> None:
     """
     with Recording(experience.path) as recording:
         try:
-            with h5py.File(path, "w", libver="latest") as file:
+            with open_hdf5(path, "w", libver="latest") as file:
                 _write(experience, recording, file)
         except OSError as error:
             raise RecordingError(f"cannot write {path}: {error}") from error

@@ -36,8 +36,12 @@ class Experience:
         joint_positions: of the robot in every state, (n_states, 9) radians.
     """
 
-    def __init__(self, path: Path, condition: Condition, n_steps: int | None = None) -> None:
-        self.path, self.condition, self.n_steps = path, condition, n_steps
+    def __init__(
+        self, path: str | Path, condition: str | Condition, n_steps: int | None = None
+    ) -> None:
+        if isinstance(condition, str):
+            condition = Condition.parse(condition)
+        self.path, self.condition, self.n_steps = Path(path), condition, n_steps
         with Recording(path) as recording:
             rows = recording.transitions
             if n_steps is not None:

@@ -19,6 +19,7 @@ from real_bench.version import __version__
 
 RESUMED_ALIKE = (
     "condition",
+    "control_version",
     "objects",
     "scene",
     "scene_sha256",
@@ -44,6 +45,7 @@ class Header(BaseModel):
 
     Attributes:
         condition: two letters, as in the paper.
+        control_version: of the way of control; 1 in recordings made before it was kept.
         objects: number of objects.
         object_names: their names, in order.
         scene: name of the scene.
@@ -53,16 +55,18 @@ class Header(BaseModel):
         controller: as the user named it.
         controller_source: the same, with the whole path of a file.
         controller_class: the class that it is.
-        controller_sha256: hash of the file that defines it; empty where there is none.
+        controller_sha256: hash of all code that it could import as its own (before 0.2, of the file
+            that defines it).
         settings: of the controller, whole; empty where it has none.
         images: whether camera images are recorded.
-        versions: of Python and the packages that can change the outcome.
+        versions: of Python and the packages that can change the outcome, and the physics.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     condition: str
-    objects: int = Field(ge=1, le=3)
+    control_version: int = Field(ge=1, lt=2**31)
+    objects: int = Field(ge=1)
     object_names: tuple[str, ...]
     scene: str
     scene_source: str
@@ -108,6 +112,8 @@ class Header(BaseModel):
             reasons.append(f"it is of another scene ({self.scene} {self.scene_sha256[:12]})")
         if condition.control != mine.control:
             reasons.append(f"it is of condition {mine.name}, not {condition.name}")
+        elif misfit := mine.control_misfit(self.control_version):
+            reasons.append(f"{misfit} (play again)")
         elif condition.sees_objects and not mine.sees_objects:
             reasons.append(f"a run in {mine.name} may not tell positions to {condition.name}")
         return reasons
@@ -131,7 +137,8 @@ class Header(BaseModel):
     @classmethod
     def from_attributes(cls, attributes: dict[str, Any]) -> Header:
         """Read and check what :meth:`to_attributes` wrote; raises ValueError."""
-        attributes = {"settings": "{}", **attributes}  # recordings of 0.1.0 have none
+        # the first recordings have neither
+        attributes = {"settings": "{}", "control_version": 1, **attributes}
         fields = {key: _plain(attributes[key]) for key in cls.model_fields}
         for key in ("object_names", "settings", "versions"):
             fields[key] = json.loads(fields[key])
@@ -151,6 +158,13 @@ def _source_sha256() -> str:
     for file in sorted(package.rglob("*.py")):
         digest.update(str(file.relative_to(package)).encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
+
+
+def run_versions() -> dict[str, str]:
+    """All that can change what a run does: packages, and the fingerprint of physics."""
+    from real_bench.physics import PHYSICS, fingerprint
+
+    return {**package_versions(), PHYSICS: fingerprint()}
 
 
 def package_versions() -> dict[str, str]:

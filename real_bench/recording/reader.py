@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,14 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
-from real_bench.recording.distrust import (
-    check_attributes,
-    check_dataset,
-    check_group,
-    check_pieces,
-    check_sizes,
-)
 from real_bench.recording.header import Header
+from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
     CUT,
     FORMAT,
@@ -29,7 +24,14 @@ from real_bench.recording.schema import (
     TRANSITION,
     command_type,
 )
-from real_bench.recording.state import State, load_state
+from real_bench.recording.state import ControllerState, load_state
+from real_bench.recording.validation import (
+    check_attributes,
+    check_dataset,
+    check_group,
+    check_pieces,
+    check_sizes,
+)
 
 MOVED_M = 0.01
 """An object counts as moved when an action displaced it by more (paper, section Results)."""
@@ -43,10 +45,10 @@ class Recording:
             a newer version.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: str | Path) -> None:
+        self.path = path = Path(path)
         with self._guard():
-            self._file = h5py.File(path, "r")
+            self._file = open_hdf5(path, "r")
         try:
             with self._guard():
                 self._check_format()
@@ -58,7 +60,13 @@ class Recording:
                 self.ended = bool(self._file.attrs["ended"])
                 told = self._file.attrs.get("commands_sha256")
                 self.commands_sha256 = None if told is None else str(told)
-                self.cuts: list[int] = self._file["cuts"]["step"].tolist()
+                cuts = self._file["cuts"][()]
+                self.cuts: list[int] = cuts["step"].tolist()
+                self.code_sha256 = (
+                    cuts["controller_sha256"][-1].decode()
+                    if len(cuts)
+                    else self.header.controller_sha256
+                )
                 self.n_states = len(self._file["states"])
                 self._check_rows()
         except BaseException:
@@ -113,13 +121,25 @@ class Recording:
             poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
         return poses
 
-    def controller_state(self) -> State:
-        """What the controller handed over; empty where it did not."""
+    @property
+    def parts(self) -> list[dict[str, str]]:
+        """The versions that each part was played with, of which a cut begins another one."""
         with self._guard():
-            group = self._file["controller_state"]
-            for name in group:
-                check_dataset(group, name, *_numbers(group, name))
-            return load_state(group) if len(group) else {}
+            told = [json.loads(versions) for versions in self._file["cuts"]["versions"]]
+            if not all(isinstance(versions, dict) for versions in told):
+                raise ValueError("the versions of a part are no names and values")
+        return [self.header.versions, *told]
+
+    def controller_state(self) -> ControllerState:
+        """What the controller handed over; empty where it did not."""
+        return self._kept("controller_state")
+
+    def controller_files(self) -> dict[str, bytes]:
+        """What an isolated controller wrote into its working directory, by name."""
+        files = self._kept("controller_files")
+        if not all(isinstance(content, bytes) for content in files.values()):
+            raise RecordingError(f"{self.path} is damaged: a controller's file is not of bytes")
+        return files
 
     def displacements(self) -> NDArray[np.float64]:
         """How far each action moved each object, (t, n_objects) metres."""
@@ -142,6 +162,15 @@ class Recording:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _kept(self, name: str) -> ControllerState:
+        with self._guard():
+            if name not in self._file:
+                return {}
+            group = self._file[name]
+            for number in group:
+                check_dataset(group, number, *_numbers(group, number))
+            return load_state(group) if len(group) else {}
 
     def _check_format(self) -> None:
         check_attributes(self._file)
@@ -166,7 +195,7 @@ class Recording:
             "states": (STATE, ()),
             "cuts": (CUT, ()),
         }
-        for group in ("ground_truth", "controller_state"):
+        for group in ("ground_truth", "controller_state", "controller_files"):
             check_group(file, group)
         if "ground_truth" in file:  # else see _n_poses
             rows["ground_truth/object_poses"] = (np.dtype("<f8"), (n_objects, 7))
@@ -205,7 +234,7 @@ class Recording:
         try:
             yield
         except FileNotFoundError as error:
-            raise RecordingError(f"the recording {self.path} does not exist") from error
+            raise RecordingError(f"recording not found: {self.path}") from error
         except (OSError, LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
             reason = " ".join(str(error).split())
             raise RecordingError(
@@ -217,5 +246,5 @@ def _numbers(group: h5py.Group, name: str) -> tuple[np.dtype[Any], None]:
     """What an array of a controller's state may hold: numbers of any kind, in any shape."""
     dtype = group[name].dtype
     if dtype.kind not in "biufc":
-        raise ValueError(f"controller_state/{name} holds {dtype}")
+        raise ValueError(f"{group.name}/{name} holds {dtype}")
     return dtype, None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from real_bench.recording.schema import (
     chained_sha256,
     command_type,
 )
-from real_bench.recording.state import State, check_state
+from real_bench.recording.state import ControllerState, check_state
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.simulation.scene import Camera
 from real_bench.task import Task
@@ -33,7 +34,7 @@ SECONDS_BETWEEN_WRITES = 3.0
 
 
 @dataclass(frozen=True)
-class Cut:
+class ResumePoint:
     """Where a recording that is resumed had come to.
 
     Attributes:
@@ -44,16 +45,16 @@ class Cut:
 
     object_poses: NDArray[np.float64]
     joint_positions: NDArray[np.float64]
-    controller_state: State
+    controller_state: ControllerState
     number: int
 
 
 class Recorder:
     """The triplets of one run, and the controller's state that belongs to them.
 
-    Rows are collected; :meth:`mark` says that the controller's state fits the rows so far; only
-    what is marked is ever written. So a run that is resumed from any file goes on with the action
-    that came after its last row.
+    Rows are collected; :meth:`checkpoint` says that the controller's state fits the rows so far.
+    Only rows before a checkpoint are ever written. So a run that is resumed from any file goes on
+    with the action that came after its last row.
 
     Make one with :meth:`begin` or :meth:`resume`; use it as a context manager.
     """
@@ -66,10 +67,11 @@ class Recorder:
         self._commands_sha256: str | None = ""
         self.n_steps = self.n_transitions = 0
         self.ended = False
-        self.cut: Cut | None = None
+        self.resume_point: ResumePoint | None = None
         self._n_states = self._n_commands = 0
         self._rows = _Rows()
-        self._marked: tuple[dict[str, int], int, State, bool] | None = None
+        self._files: Mapping[str, bytes] | None = None  # that are not written yet
+        self._checkpoint: tuple[dict[str, int], int, ControllerState, bool] | None = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     @classmethod
@@ -145,21 +147,25 @@ class Recorder:
         """Whether it is time to write."""
         return time.monotonic() >= self._next_write
 
-    def mark(self, controller_state: State, *, ended: bool = False) -> None:
+    def checkpoint(self, controller_state: ControllerState, *, ended: bool = False) -> None:
         """The controller's state after the last row; ``ended``: the phase's last hook is over."""
         check_state(controller_state)
-        self._marked = (self._rows.lengths(), self.n_steps, controller_state, ended)
+        self._checkpoint = (self._rows.lengths(), self.n_steps, controller_state, ended)
+
+    def keep_files(self, files: Mapping[str, bytes]) -> None:
+        """What the controller has written into its working directory, by name."""
+        self._files = files
 
     def write(self) -> None:
-        """Write the rows up to the last mark."""
-        if self._marked is None:
+        """Write the rows up to the last checkpoint."""
+        if self._checkpoint is None:
             return
-        lengths, n_steps, state, ended = self._marked
+        lengths, n_steps, state, ended = self._checkpoint
         batch = self._batch(self._rows.first(lengths), n_steps, state, ended)
         self._file.append(batch)
         self._commands_sha256 = batch.commands_sha256
         self._rows.drop(lengths)
-        self._marked = None
+        self._checkpoint = self._files = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     def close(self) -> None:
@@ -181,7 +187,7 @@ class Recorder:
         self._commands_sha256 = recording.commands_sha256
         if not recording.n_states:
             return
-        self.cut = Cut(
+        self.resume_point = ResumePoint(
             object_poses=recording.object_poses[-1],
             joint_positions=recording.states["joint_positions"][-1],
             controller_state=recording.controller_state(),
@@ -191,7 +197,7 @@ class Recorder:
             versions = json.dumps(header.versions).encode()
             self._rows.cuts.append((self.n_steps, header.controller_sha256.encode(), versions))
 
-    def _batch(self, rows: _Rows, n_steps: int, state: State, ended: bool) -> Batch:
+    def _batch(self, rows: _Rows, n_steps: int, state: ControllerState, ended: bool) -> Batch:
         transitions = np.array(rows.transitions, TRANSITION)
         commands = np.array(rows.commands, self._command_type)
         before = self._commands_sha256
@@ -206,6 +212,7 @@ class Recorder:
             total_steps=self._total_steps,
             ended=ended,
             controller_state=state,
+            controller_files=self._files,
             commands_sha256=(
                 None
                 if before is None

@@ -15,6 +15,8 @@
     /cuts                  where a run was resumed: step, and what the controller and the
                            packages were from there on; a fresh world began there
     /controller_state      what the controller hands over
+    /controller_files      what an isolated controller wrote into its working directory, by name
+                           (absent in recordings of before 0.2)
 
 An excerpt that is written for an isolated controller has an empty controller_state and, where no
 positions may be seen, no ground_truth (it says so: attribute excerpt).
@@ -26,6 +28,7 @@ cut the world begins anew at the recorded poses, so the first action has a state
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.recording.header import Header
-from real_bench.recording.state import State, state_bytes
+from real_bench.recording.state import ControllerState, state_bytes
 from real_bench.simulation.scene import Camera
 
 FORMAT = "realbench-run"
@@ -86,6 +89,7 @@ class Batch:
     """Rows that belong together; the names are those of the datasets.
 
     ``commands_sha256`` is of all commands up to these; None where the file has no hash.
+    ``controller_files``: None where they are as before.
     """
 
     transitions: NDArray[Any]
@@ -97,8 +101,9 @@ class Batch:
     n_steps: int
     total_steps: int
     ended: bool
-    controller_state: State
+    controller_state: ControllerState
     commands_sha256: str | None
+    controller_files: Mapping[str, bytes] | None = None
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """The rows by the path of their dataset."""
@@ -119,6 +124,7 @@ class Batch:
         rows = self.datasets()
         images = rows.pop("images", np.empty(0))
         n_bytes = sum(array.nbytes for array in rows.values()) + state_bytes(self.controller_state)
+        n_bytes += state_bytes(dict(self.controller_files or {}))
         return 2 * n_bytes + images.nbytes // 8
 
 
@@ -137,6 +143,7 @@ def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -
     _empty(file, "ground_truth/object_poses", np.dtype("<f8"), (header.objects, 7))
     _empty(file, "cuts", CUT)
     file.create_group("controller_state")
+    file.create_group("controller_files")
     if header.images:
         picture = (camera.height, camera.width, 3)
         _empty(file, "images", np.dtype("u1"), picture, IMAGES_A_CHUNK)

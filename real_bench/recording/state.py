@@ -16,7 +16,7 @@ import numpy as np
 
 from real_bench.errors import RecordingError
 
-State = dict[str, Any]
+ControllerState = dict[str, Any]
 """What a controller hands over: names to numbers, text, bytes, numpy arrays, or lists and dicts
 of these. No pickle: a state can be read anywhere, and runs no code."""
 
@@ -26,7 +26,7 @@ _DATASET_BYTES = 512  # what a dataset takes beside its numbers
 _LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 
-def save_state(group: h5py.Group, state: State) -> None:
+def save_state(group: h5py.Group, state: ControllerState) -> None:
     """Write a state into an empty group; raises RecordingError for what cannot be kept."""
     tree, datasets = strip_state(state)
     group.create_dataset(_TREE, data=np.frombuffer(tree.encode(), np.uint8))
@@ -34,23 +34,23 @@ def save_state(group: h5py.Group, state: State) -> None:
         group.create_dataset(str(number), data=array)
 
 
-def load_state(group: h5py.Group) -> State:
+def load_state(group: h5py.Group) -> ControllerState:
     """Read what :func:`save_state` wrote; raises KeyError or ValueError where it is damaged."""
     return restore_state(group[_TREE][()].tobytes().decode(), lambda number: group[str(number)][()])
 
 
-def check_state(state: State) -> None:
+def check_state(state: ControllerState) -> None:
     """Raise RecordingError where a state could not be kept."""
     strip_state(state)
 
 
-def state_bytes(state: State) -> int:
+def state_bytes(state: ControllerState) -> int:
     """About how much room a state takes in a file."""
     tree, datasets = strip_state(state)
     return len(tree) + sum(array.nbytes + _DATASET_BYTES for array in datasets)
 
 
-def strip_state(state: State) -> tuple[str, list[np.ndarray[Any, Any]]]:
+def strip_state(state: ControllerState) -> tuple[str, list[np.ndarray[Any, Any]]]:
     """The structure of a state as JSON, and the arrays that it names by their numbers.
 
     Raises:
@@ -63,7 +63,7 @@ def strip_state(state: State) -> tuple[str, list[np.ndarray[Any, Any]]]:
         raise RecordingError("a controller's state is nested too deeply, or in itself") from error
 
 
-def restore_state(structure: str, array: Callable[[int], Any]) -> State:
+def restore_state(structure: str, array: Callable[[int], Any]) -> ControllerState:
     """What :func:`strip_state` took apart; raises ValueError (or KeyError) where damaged.
 
     Args:

@@ -2,9 +2,9 @@
 
 The file that the user sees is never written in place. Rows are appended to a hidden copy, which
 then takes the visible file's place in one atomic rename; the file that was visible becomes the
-next hidden copy, one batch behind, unless somebody still has it open. So a reader always finds a
-whole file that does not change under its hands, killing the writer loses at most the rows since the
-last rename, and appending costs no more as the file grows.
+next hidden copy, one batch behind, unless somebody still has it open, or has another name for it.
+So a reader always finds a whole file that does not change under its hands, killing the writer loses
+at most the rows since the last rename, and appending costs no more as the file grows.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ from pathlib import Path
 import h5py
 
 from real_bench.errors import RecordingError
-from real_bench.files import OutputError, write_lock
+from real_bench.files import OutputError, real_path
+from real_bench.locks import write_lock
 from real_bench.recording.header import Header
+from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import Batch, create
-from real_bench.recording.state import save_state
+from real_bench.recording.state import ControllerState, save_state
 from real_bench.simulation.scene import Camera
 
 FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
@@ -44,7 +46,7 @@ class AppendOnlyFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._visible = path.resolve()  # a link to a recording stays a link
+        self._visible = real_path(path)  # a link to a recording stays a link
         self._hidden = self._visible.with_name(f".{self._visible.name}.part")
         self._spare = self._visible.with_name(f".{self._visible.name}.spare")
         self._before = self._visible.with_name(f".{self._visible.name}.before")
@@ -72,8 +74,10 @@ class AppendOnlyFile:
             self._is_empty = True
             self._put_aside()
             self._hidden.touch()
+            if self._before.exists():
+                shutil.copymode(self._before, self._hidden)
             self._reserve(0)
-            with h5py.File(self._hidden, "w", **FREE_SPACE) as file:
+            with open_hdf5(self._hidden, "w", **FREE_SPACE) as file:
                 create(file, header, command_size, camera)
             self._hidden.replace(self._visible)
 
@@ -83,11 +87,7 @@ class AppendOnlyFile:
             if self._in_doubt and self._has_steps_of(batch):
                 return
             self._in_doubt = True
-            if self._behind is not None and self._may_write_hidden():
-                self._write(self._behind)
-            else:
-                self._hidden.unlink(missing_ok=True)
-                self._copy_visible()
+            self._catch_up()
             self._write(batch)
             with self._hidden.open("rb") as written:
                 os.fsync(written.fileno())
@@ -120,19 +120,19 @@ class AppendOnlyFile:
 
     def _n_transitions(self) -> int:
         try:
-            with h5py.File(self._visible, "r") as file:
+            with open_hdf5(self._visible, "r") as file:
                 return len(file["transitions"])
         except FileNotFoundError:
             return 0
 
     def _has_steps_of(self, batch: Batch) -> bool:
         """Whether the rows of an append that was interrupted are in the visible file."""
-        with h5py.File(self._visible, "r") as file:
+        with open_hdf5(self._visible, "r") as file:
             return len(batch.transitions) > 0 and int(file.attrs["n_steps"]) >= batch.n_steps
 
     def _write(self, batch: Batch) -> None:
         self._reserve(batch.most_bytes)
-        with h5py.File(self._hidden, "r+") as file:
+        with open_hdf5(self._hidden, "r+") as file:
             _append(file, batch)
 
     def _reserve(self, n_bytes: int) -> None:
@@ -144,20 +144,27 @@ class AppendOnlyFile:
 
     def _copy_visible(self) -> None:
         try:
-            shutil.copyfile(self._visible, self._hidden)
+            shutil.copy(self._visible, self._hidden)
         except FileNotFoundError as error:
             raise RecordingError(f"{self.path} was removed while it was being recorded") from error
 
-    def _may_write_hidden(self) -> bool:
-        """Whether nobody else has it open, or somebody removed the other copy."""
-        return self._is_only_ours() or not self._visible.exists()
+    def _catch_up(self) -> None:
+        """Make the hidden copy what the visible file is, and a file that nobody else knows."""
+        if self._behind is not None and (self._is_only_ours() or not self._visible.exists()):
+            if not self._is_only_ours():  # and somebody removed the other copy
+                shutil.copy(self._hidden, self._spare)
+                self._spare.replace(self._hidden)
+            self._write(self._behind)
+        else:
+            self._hidden.unlink(missing_ok=True)
+            self._copy_visible()
 
     def _is_only_ours(self) -> bool:
-        """Whether nobody still reads the hidden copy, from when it was the visible file.
+        """Whether nobody reads or names the hidden copy, from when it was the visible file.
 
         The system grants a write lease on a file only if it is open nowhere else.
         """
-        if not hasattr(fcntl, "F_SETLEASE"):
+        if self._hidden.stat().st_nlink > 1 or not hasattr(fcntl, "F_SETLEASE"):
             return False
         with self._hidden.open("r+b") as file:
             try:
@@ -216,5 +223,12 @@ def _append(file: h5py.File, batch: Batch) -> None:
     file.attrs["ended"] = batch.ended
     if batch.commands_sha256 is not None:
         file.attrs["commands_sha256"] = batch.commands_sha256
-    del file["controller_state"]
-    save_state(file.create_group("controller_state"), batch.controller_state)
+    _replace(file, "controller_state", batch.controller_state)
+    if batch.controller_files is not None:
+        _replace(file, "controller_files", dict(batch.controller_files))
+
+
+def _replace(file: h5py.File, name: str, state: ControllerState) -> None:
+    if name in file:
+        del file[name]
+    save_state(file.create_group(name), state)

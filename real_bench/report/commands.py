@@ -9,11 +9,12 @@ from contextlib import suppress
 from typing import Any
 
 from real_bench.errors import ControllerError
-from real_bench.finding import find_controller, is_installed
+from real_bench.finding import find_controller
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.recording import Header
 from real_bench.scoring.result import Setting
 from real_bench.settings import dotted, settings_in_full
+from real_bench.source import is_installed
 
 UNKNOWN = object()
 
@@ -41,15 +42,18 @@ def scoring_command(setting: Setting, run: str | None, goals: str | None, file: 
         file: the result.
     """
     shorter = [] if run is None else ["--run-steps", str(setting.run_steps)]
+    n_trials = len(setting.goal_numbers)
+    length = setting.trial_steps
     options = [
         *_whom(setting.controller, setting.condition, setting.objects, setting.scene, setting.seed),
         *([] if run is None else ["--run", run, *shorter]),
         *([] if goals is None else ["--goals", goals]),
+        *([] if n_trials == setting.set_size else ["--trials", str(n_trials)]),
+        *([] if length == TRIAL_STEPS else ["--trial-steps", str(length)]),
         *_settings(setting.controller, setting.settings),
         *["--out", file],
     ]
-    remark = "" if setting.trial_steps == TRIAL_STEPS else f"  # trials of {setting.trial_steps}"
-    return _command("extrinsic", *options) + remark
+    return _command("extrinsic", *options)
 
 
 def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) -> list[str]:

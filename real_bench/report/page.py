@@ -8,7 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 
 from real_bench.files import write_whole
-from real_bench.finding import shown_name
+from real_bench.naming import shown_name
+from real_bench.quoting import printable
 from real_bench.report.parts import Played, Tested
 from real_bench.version import __version__
 
@@ -70,9 +71,12 @@ def render(report: Report) -> str:
     from jinja2 import Environment, StrictUndefined
 
     here = files("real_bench.report")
-    page = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True).from_string(
-        (here / "page.html.jinja").read_text(encoding="utf-8")
-    )
+    page = Environment(
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        finalize=lambda value: printable(value) if type(value) is str else value,
+    ).from_string((here / "page.html.jinja").read_text(encoding="utf-8"))
     return page.render(
         report=report,
         shown_name=shown_name,

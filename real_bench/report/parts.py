@@ -6,15 +6,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.errors import SceneError
+from real_bench.errors import ResultError, SceneError
 from real_bench.files import file_sha256
 from real_bench.goal_sets import GoalSet
 from real_bench.goal_sets.picture import box_of_bodies
 from real_bench.recording import Header, Recording
 from real_bench.report.commands import play_command, scoring_command
 from real_bench.report.pictures import ends, films, picture
+from real_bench.scoring.metric import METRICS
 from real_bench.scoring.result import Result, TrialResult, load_result
-from real_bench.scoring.summary import ClassSummary
+from real_bench.scoring.table import score_headings, score_rows
 from real_bench.simulation import Image, load_scene
 
 
@@ -52,9 +53,9 @@ class Trial:
     film: str | None
 
     @property
-    def distance_cm(self) -> float:
-        """How far an object is from its goal, on average."""
-        return 100 * sum(self.result.distances) / len(self.result.distances)
+    def metrics(self) -> dict[str, str]:
+        """Every metric as it is printed, by its title."""
+        return {metric.title: metric.text(metric.of(self.result)) for metric in METRICS.values()}
 
 
 @dataclass(frozen=True)
@@ -65,14 +66,15 @@ class Tested:
         file: its name.
         result: itself.
         command: what makes it again.
-        summary: by class, the total last.
+        headings, rows: of its score table, the total last.
         trials: in the order of goals.
     """
 
     file: str
     result: Result
     command: str
-    summary: tuple[ClassSummary, ...]
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
     trials: tuple[Trial, ...]
 
 
@@ -109,6 +111,8 @@ def read_tested(
         ResultError: it is no result, or has no trial.
     """
     result = load_result(path)
+    if not result.trials:
+        raise ResultError(f"{path} has no trial yet")
     setting = result.setting
     runs = [play.file for play in plays if play.sha256 == setting.run_sha256]
     known = [pair for pair in goal_sets if pair[1].sha256 == setting.goals_sha256]
@@ -118,7 +122,8 @@ def read_tested(
         file=path.name,
         result=result,
         command=scoring_command(setting, run if setting.run_sha256 else None, goals, path.name),
-        summary=tuple(result.summary()),
+        headings=tuple(score_headings()),
+        rows=tuple(map(tuple, score_rows(result))),
         trials=tuple(_trials(result, known[0][1] if known else None, videos)),
     )
 

@@ -1,17 +1,29 @@
-"""From distances to the score table."""
+"""From what happened in trials to scores, their intervals, tables and verdicts.
 
-from real_bench.scoring.metric import DECAY, distances, goal_score, object_scores
-from real_bench.scoring.statistics import Interval, mean_interval
-from real_bench.scoring.summary import ClassSummary, GoalOutcome, summarise
+Pure: it loads neither the simulation nor recordings.
+"""
+
+from real_bench.scoring.metric import (
+    DECAY,
+    METRICS,
+    Metric,
+    distances,
+    goal_score,
+    object_scores,
+)
+from real_bench.scoring.statistics import Interval, goals_interval, plays_interval
+from real_bench.scoring.summary import ClassSummary, summarise
 
 __all__ = [
     "DECAY",
+    "METRICS",
     "ClassSummary",
-    "GoalOutcome",
     "Interval",
+    "Metric",
     "distances",
     "goal_score",
-    "mean_interval",
+    "goals_interval",
     "object_scores",
+    "plays_interval",
     "summarise",
 ]

@@ -89,6 +89,14 @@ class Commands(BaseModel):
         """How long all of them last."""
         return int(self._unpacked()["n_steps"].sum())
 
+    @property
+    def n_actions(self) -> int:
+        """How many actions command anything; rests do not."""
+        rows = self._unpacked()
+        commanded = ~np.isnan(rows["command"]).all(axis=1)
+        number = np.cumsum(rows["begins"], dtype=np.int64)
+        return len(np.unique(number[commanded]))
+
     def _unpacked(self) -> NDArray[Any]:
         """The rows, checked; never more bytes than are declared, whatever the data would give."""
         kind = row_type(self.size)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from real_bench.errors import ResultError
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.scoring.metric import METRICS, SCORE
+from real_bench.scoring.result import Result, TrialResult
 from real_bench.scoring.statistics import (
+    Floats,
     Interval,
     interquartile_mean,
+    mean_interval,
     standard_error,
-    stratified_interval,
 )
 
 ENOUGH_REPEATS = 5
@@ -21,22 +26,46 @@ ENOUGH_REPEATS = 5
 
 
 @dataclass(frozen=True)
-class RepeatsSummary:
-    """Several repeats on the same goals.
+class ByGoal:
+    """Trials of several results on the same goals, goal by goal.
 
     Attributes:
-        n_repeats, n_goals: how many.
-        mean: of all scores.
+        keys: of each goal: hash of its goal set, and its number in it.
+        classes: of each goal.
+        plays: of each repeat, what it learned from: hashes of recordings, or the seed where there
+            was no play.
+        trials: of each repeat, one a goal.
+    """
+
+    keys: tuple[tuple[str, int], ...]
+    classes: tuple[str, ...]
+    plays: tuple[str, ...]
+    trials: tuple[tuple[TrialResult, ...], ...]
+
+    def values(self, metric: str) -> Floats:
+        """A metric, (n_repeats, n_goals); NaN where a trial does not tell."""
+        number = METRICS[metric].number
+        return np.array([[number(trial) for trial in row] for row in self.trials])
+
+    def by_play(self, values: Floats) -> Floats:
+        """The mean over the repeats after the same play, (n_plays, n_goals)."""
+        plays = np.array(self.plays)
+        return np.array([values[plays == play].mean(axis=0) for play in dict.fromkeys(self.plays)])
+
+
+@dataclass(frozen=True)
+class MetricSummary:
+    """A metric over several repeats.
+
+    Attributes:
+        mean: of all values; NaN, as all the others, where a trial does not tell.
         standard_error: of the mean over the repeats; None for one.
-        interval: 95%, see :func:`real_bench.scoring.statistics.stratified_interval`; no score is
-            below 0, so it is not either.
-        interquartile_mean: of all scores.
+        interval: see :func:`real_bench.scoring.statistics.mean_interval`.
+        interquartile_mean: of all values.
         by_class: mean of each class that has goals, in the paper's order.
         by_repeat: mean of each repeat.
     """
 
-    n_repeats: int
-    n_goals: int
     mean: float
     standard_error: float | None
     interval: Interval | None
@@ -44,31 +73,105 @@ class RepeatsSummary:
     by_class: dict[str, float]
     by_repeat: tuple[float, ...]
 
+
+@dataclass(frozen=True)
+class RepeatsSummary:
+    """Several repeats on the same goals.
+
+    Attributes:
+        n_repeats, n_plays, n_goals: how many; one play may have been tested repeatedly.
+        metrics: each by its name.
+    """
+
+    n_repeats: int
+    n_plays: int
+    n_goals: int
+    metrics: dict[str, MetricSummary]
+
+    @property
+    def score(self) -> MetricSummary:
+        """The benchmark's metric."""
+        return self.metrics[SCORE]
+
     @property
     def is_enough(self) -> bool:
-        """Whether there are enough repeats to compare their mean with another."""
-        return self.n_repeats >= ENOUGH_REPEATS
+        """Whether there are enough plays to compare their mean with another."""
+        return self.n_plays >= ENOUGH_REPEATS
+
+    def to_json(self) -> dict[str, Any]:
+        """Every number; None where there is none."""
+        told = asdict(self)
+        for name, summary in self.metrics.items():
+            if np.isnan(summary.mean):
+                told["metrics"][name] = None
+        return told
 
 
-def summarise_repeats(scores: ArrayLike, classes: Sequence[str]) -> RepeatsSummary:
-    """The summary of some scores.
+def by_goal(results: Sequence[Result]) -> ByGoal:
+    """Trials of results, those on the same goal set as repeats.
 
-    Args:
-        scores: M_g, (n_repeats, n_goals), at least one of each.
-        classes: of each goal.
+    Raises:
+        ResultError: there is none, or one of them twice, or goal sets do not have equally many
+            results, or trials.
     """
-    numbers, names = np.asarray(scores, np.float64), np.asarray(classes)
-    n_repeats, n_goals = numbers.shape
-    interval = stratified_interval(numbers)
-    return RepeatsSummary(
-        n_repeats=n_repeats,
-        n_goals=n_goals,
-        mean=float(numbers.mean()),
-        standard_error=standard_error(numbers),
-        interval=None if interval is None else Interval(max(interval.low, 0.0), interval.high),
-        interquartile_mean=interquartile_mean(numbers),
-        by_class={
-            name: float(numbers[:, names == name].mean()) for name in CHALLENGES if name in classes
-        },
-        by_repeat=tuple(numbers.mean(axis=1).tolist()),
+    sets: dict[str, list[Result]] = {}
+    tests = [
+        (each.setting.goals_sha256, each.setting.seed, each.setting.run_sha256) for each in results
+    ]
+    if len(set(tests)) < len(tests):
+        raise ResultError(
+            "two results are of the same test: repeats are of other seeds, or other recordings"
+        )
+    for result in sorted(results, key=lambda each: (each.setting.seed, each.setting.run_sha256)):
+        sets.setdefault(result.setting.goals_sha256, []).append(result)
+    if len({len(group) for group in sets.values()}) != 1:
+        counts = ", ".join(f"{key[:8]}: {len(group)}" for key, group in sorted(sets.items()))
+        raise ResultError(
+            f"each goal set needs equally many results, not {counts or 'none at all'}"
+        )
+    groups = [group for _, group in sorted(sets.items())]
+    for group in groups:
+        numbers = [[trial.goal for trial in result.trials] for result in group]
+        if any(each != numbers[0] for each in numbers) or not numbers[0]:
+            goals = group[0].setting.goals_sha256[:8]
+            raise ResultError(f"results on goal set {goals} have not tested the same goals")
+    firsts = [
+        (group[0].setting.goals_sha256, trial) for group in groups for trial in group[0].trials
+    ]
+    repeats = list(zip(*groups, strict=True))
+    return ByGoal(
+        keys=tuple((goals, trial.goal) for goals, trial in firsts),
+        classes=tuple(trial.challenge for _, trial in firsts),
+        plays=tuple(" ".join(_play(result) for result in repeat) for repeat in repeats),
+        trials=tuple(
+            tuple(trial for result in repeat for trial in result.trials) for repeat in repeats
+        ),
     )
+
+
+def summarise_repeats(table: ByGoal) -> RepeatsSummary:
+    """The summary of some repeats."""
+    summaries = {}
+    for name in METRICS:
+        values = table.values(name)
+        by_play = table.by_play(values)
+        summaries[name] = MetricSummary(
+            mean=float(values.mean()),
+            standard_error=standard_error(values),
+            interval=mean_interval(by_play, table.classes),
+            interquartile_mean=interquartile_mean(values),
+            by_class=_by_class(values, table.classes),
+            by_repeat=tuple(values.mean(axis=1).tolist()),
+        )
+    return RepeatsSummary(len(table.trials), len(by_play), len(table.keys), summaries)
+
+
+def _play(result: Result) -> str:
+    """What tells the play that a result learned from."""
+    setting = result.setting
+    return setting.run_sha256 or f"seed {setting.seed}"
+
+
+def _by_class(values: ArrayLike, classes: Sequence[str]) -> dict[str, float]:
+    numbers, names = np.asarray(values, np.float64), np.asarray(classes)
+    return {name: float(numbers[:, names == name].mean()) for name in CHALLENGES if name in classes}

@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import asdict
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from real_bench.errors import ResultError, faults
 from real_bench.files import write_whole
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.quoting import quoted
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
+from real_bench.scoring.older import in_present_form
 from real_bench.scoring.result_file import (
     FORMAT,
     SEAL,
     TIMING,
-    WITH_COMMANDS,
-    WITHOUT_COMMANDS,
+    VERSION,
     Content,
     check_writable,
     is_sealed,
     read_content,
     sealed,
 )
-from real_bench.scoring.summary import ClassSummary, GoalOutcome, summarise
 
 Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
 
@@ -46,22 +46,40 @@ class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
+class Learned(_Record):
+    """Where what a controller had learned before its test came from.
+
+    Attributes:
+        code_sha256: hash of all code of the controller that learned it.
+        settings: of that controller.
+    """
+
+    code_sha256: str
+    settings: dict[str, Any]
+
+
 class Setting(_Record):
     """What was tested, and with what: everything that decides the scores.
 
     Attributes:
         condition, objects, object_names, scene, scene_sha256: of the test.
-        controller, controller_sha256: as named by the user; hash of its file.
+        control_version: of the way of control; 1 in results made before it was kept.
+        controller, controller_sha256: as named by the user; hash of all its code (before 0.2, of
+            the file that defines it).
         settings: of the controller, whole; empty where it has none.
+        learned: what made the state that it went on from; None where it went on from none (and in
+            results of before 0.2).
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
         goals_sha256: hash of the goal set's content.
-        n_goals: how many trials are asked for.
+        n_goals: how many goals the set has; None where a result of an older version does not say.
+        goal_numbers: the goals of it that are asked for, ascending, from 0.
         trial_steps: length of a trial.
         seed: of the test.
-        versions: of Python and the packages that can change the outcome.
+        versions: of Python and the packages that can change the outcome, and the physics.
     """
 
     condition: Line
+    control_version: int = Field(1, ge=1, lt=2**31)
     objects: int
     object_names: tuple[Line, ...]
     scene: Line
@@ -69,13 +87,29 @@ class Setting(_Record):
     controller: Line
     controller_sha256: str
     settings: dict[str, Any] = Field(default_factory=dict)
+    learned: Learned | None = None
     run_sha256: str
     run_steps: int
     goals_sha256: str
-    n_goals: int
+    n_goals: int | None
+    goal_numbers: tuple[int, ...]
     trial_steps: int
     seed: int
     versions: dict[Line, Line]
+
+    @model_validator(mode="after")
+    def _goals_are_of_the_set(self) -> Setting:
+        numbers = self.goal_numbers
+        if any(before >= after for before, after in pairwise((-1, *numbers))):
+            raise ValueError("goal_numbers must ascend, from 0")
+        if numbers and self.n_goals is not None and numbers[-1] >= self.n_goals:
+            raise ValueError(f"a set of {self.n_goals} goals has no goal {numbers[-1]}")
+        return self
+
+    @property
+    def set_size(self) -> int:
+        """How many goals the set has, as far as that is known."""
+        return len(self.goal_numbers) if self.n_goals is None else self.n_goals
 
 
 class TrialResult(_Record):
@@ -84,7 +118,6 @@ class TrialResult(_Record):
     Attributes:
         goal: its number in the goal set, from 0.
         challenge: its class.
-        score: M_g.
         distances: of each object to its goal, metres.
         final_poses: where the objects ended, position and quaternion each.
         actions_sha256: hash of every command that was executed.
@@ -93,7 +126,6 @@ class TrialResult(_Record):
 
     goal: int
     challenge: str
-    score: float
     distances: tuple[float, ...]
     final_poses: tuple[Pose, ...]
     actions_sha256: str
@@ -106,22 +138,23 @@ class TrialResult(_Record):
         return self
 
     @model_validator(mode="after")
-    def _score_is_that_of_the_distances(self) -> TrialResult:
+    def _objects_fit(self) -> TrialResult:
         if self.challenge not in CHALLENGES:
             raise ValueError(f"challenge {self.challenge!r} is none of {', '.join(CHALLENGES)}")
         if min(self.distances, default=-1.0) < 0 or len(self.final_poses) != len(self.distances):
             raise ValueError("each object needs its distance, 0 or more, and its final pose")
-        if not _same(self.score, float(object_scores(self.distances).sum())):
-            raise ValueError(f"score {self.score} is not that of distances {self.distances}")
         return self
 
-    def outcome(self) -> GoalOutcome:
-        """What the statistics need of it."""
-        return GoalOutcome(self.challenge, self.score, self.distances)
+    @property
+    def score(self) -> float:
+        """M_g, in (0, number of objects]."""
+        return float(object_scores(self.distances).sum())
 
 
 class Result(_Record):
-    """An extrinsic phase, finished or not.
+    """An extrinsic phase, finished or not: what was tested, and what happened.
+
+    Whatever follows from that is worked out when it is asked for.
 
     Attributes:
         setting: what was tested.
@@ -138,8 +171,8 @@ class Result(_Record):
         numbers = [trial.goal for trial in self.trials]
         if len(set(numbers)) < len(numbers) or numbers != sorted(numbers):
             raise ValueError("trials must be in order, each goal once")
-        if numbers and not (numbers[0] >= 0 and numbers[-1] < self.setting.n_goals):
-            raise ValueError(f"a trial's goal is not below {self.setting.n_goals}")
+        if other := sorted(set(numbers) - set(self.setting.goal_numbers)):
+            raise ValueError(f"there is a trial of goal {other[0]}, which is not asked for")
         if any(len(trial.distances) != self.setting.objects for trial in self.trials):
             raise ValueError(f"trials must be of {self.setting.objects} object(s)")
         return self
@@ -165,39 +198,39 @@ class Result(_Record):
         return all(trial.commands is not None for trial in self.trials)
 
     @property
-    def version(self) -> int:
-        """Of the file that holds it."""
-        return WITH_COMMANDS if self.keeps_commands else WITHOUT_COMMANDS
+    def is_finished(self) -> bool:
+        """Whether every trial that is asked for has been made."""
+        return len(self.trials) == len(self.setting.goal_numbers)
 
     @property
     def is_complete(self) -> bool:
-        """Whether every trial has been made."""
-        return len(self.trials) == self.setting.n_goals
+        """Whether every goal of the set has been tested."""
+        return len(self.trials) == self.setting.set_size
+
+    @property
+    def share(self) -> str:
+        """How much of the goal set has been tested, as in ``5 of 50 goals``."""
+        done, whole = len(self.trials), self.setting.set_size
+        return f"{done} goal{'s' * (done != 1)}" if self.is_complete else f"{done} of {whole} goals"
 
     @property
     def score(self) -> float:
         """M: the mean over the goals tested so far; raises ResultError where there is none."""
-        return self.summary()[-1].score
-
-    def summary(self) -> list[ClassSummary]:
-        """By class, the total last."""
         if not self.trials:
             raise ResultError("the result has no trial yet")
-        return summarise([trial.outcome() for trial in self.trials])
+        return float(np.mean([trial.score for trial in self.trials]))
 
     def to_json(self) -> Content:
-        """The file's content: setting, trials, summary, the seal, and what time it took."""
+        """The file's content: setting, trials, the seal, and what time it took."""
         fields = self.model_dump(mode="json")
         content = {
             "format": FORMAT,
-            "version": self.version,
+            "version": VERSION,
             "setting": fields["setting"],
             "trials": [_without_none(trial) for trial in fields["trials"]],
-            "complete": self.is_complete,
-            "summary": [asdict(row) for row in self.summary()] if self.trials else [],
             TIMING: {"seconds": fields["seconds"]},
         }
-        return sealed(content) if self.keeps_commands else content
+        return sealed(content)
 
     def save(self, path: Path) -> None:
         """Write the file; it appears whole. Raises ResultError where it would be too large."""
@@ -223,52 +256,20 @@ def load_result(path: Path) -> Result:
 def parse_content(content: Content, path: Path) -> Result:
     """The result of a file's content, whether or not its seal holds; raises ResultError."""
     try:
-        result = _parse(content)
+        return _parse(in_present_form(content))
     except ValidationError as error:
         raise ResultError(f"{path} is damaged: {faults(error, 3)}") from error
-    if not _agrees(content, result):
-        raise ResultError(f"{path} is damaged: its summary is not that of its trials")
-    return result
-
-
-def _agrees(fields: Content, result: Result) -> bool:
-    """Whether what a file says beside its trials follows from them.
-
-    Intervals do not count: another version of numpy may draw other resamples.
-    """
-    told, true = fields.get("summary"), result.summary() if result.trials else []
-    return (
-        fields.get("complete") is result.is_complete
-        and fields["version"] == result.version
-        and isinstance(told, list)
-        and len(told) == len(true)
-        and all(map(_same_row, told, map(asdict, true)))
-    )
-
-
-def _same_row(told: Any, true: dict[str, Any]) -> bool:
-    return (
-        isinstance(told, dict)
-        and told.keys() == true.keys()
-        and (told["name"], told["n_goals"]) == (true["name"], true["n_goals"])
-        and all(_same(told[key], true[key]) for key in ("score", "distance"))
-    )
+    except ValueError as error:
+        raise ResultError(f"{path} is damaged: {quoted(str(error), 200)}") from error
 
 
 def _without_none(fields: Content) -> Content:
     return {key: value for key, value in fields.items() if value is not None}
 
 
-def _same(a: Any, b: Any) -> bool:
-    """Whether two numbers agree but for rounding, which may differ between machines."""
-    numbers = isinstance(a, int | float) and isinstance(b, int | float)
-    return numbers and math.isclose(a, b, rel_tol=1e-9)
-
-
 def _parse(fields: Content) -> Result:
-    """The result of a file's content; what follows from the rest is left out."""
-    derived = ("format", "version", "complete", "summary", TIMING, SEAL)
-    kept = {key: fields[key] for key in fields if key not in derived}
+    about = ("format", "version", TIMING, SEAL)
+    facts = {key: fields[key] for key in fields if key not in about}
     timing = fields.get(TIMING)
     seconds = timing.get("seconds") if isinstance(timing, dict) else None
-    return Result.model_validate({**kept, "seconds": seconds})
+    return Result.model_validate({**facts, "seconds": seconds})

@@ -11,8 +11,8 @@ from real_bench.errors import ResultError
 from real_bench.quoting import quoted
 
 FORMAT = "realbench-result"
-WITHOUT_COMMANDS, WITH_COMMANDS = 1, 2
-"""The versions: results made before commands were kept, and since."""
+VERSION = 3
+"""Of what is written. Versions 1 and 2 had a summary, too; version 1 no commands and no seal."""
 
 LARGEST_FILE = 2**28
 """Bytes; fifty trials in which each step had another command take some 50 million."""
@@ -38,7 +38,7 @@ def sealed(content: Content) -> Content:
 
 def is_sealed(content: Content) -> bool:
     """Whether nothing was altered since the file was sealed, if it ever was."""
-    return content["version"] == WITHOUT_COMMANDS or content == sealed(content)
+    return content["version"] == 1 or content == sealed(content)
 
 
 def read_content(path: Path) -> Content:
@@ -55,14 +55,14 @@ def read_content(path: Path) -> Content:
         content = json.loads(text, object_pairs_hook=_without_repeats)
         if not isinstance(content, dict) or content.get("format") != FORMAT:
             raise ResultError(f"{path} is not a result of realbench")
-        if content.get("version") not in (WITHOUT_COMMANDS, WITH_COMMANDS):
+        if content.get("version") not in range(1, VERSION + 1):
             raise ResultError(
                 f"{path} is of version {quoted(str(content.get('version')))}, "
-                f"this reads {WITHOUT_COMMANDS} and {WITH_COMMANDS}"
+                f"this reads 1 to {VERSION}"
             )
         _sha256(content)  # whether all of it can be told again
     except FileNotFoundError as error:
-        raise ResultError(f"the result {path} does not exist") from error
+        raise ResultError(f"result not found: {path}") from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ResultError(
             f"{path} cannot be read: it is no result, or damaged ({quoted(str(error), 200)})"

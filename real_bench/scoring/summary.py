@@ -1,31 +1,33 @@
-"""The score of an extrinsic phase, by class of goal and in total (paper, section Metrics)."""
+"""What the trials of one test say, by class of goal and in total (paper, section Metrics)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.scoring.statistics import Interval, mean_interval
+from real_bench.scoring.metric import METRICS, Metric
+from real_bench.scoring.statistics import Interval, goals_interval
+
+if TYPE_CHECKING:
+    from real_bench.scoring.result import Result, TrialResult
 
 TOTAL = "total"
 
 
 @dataclass(frozen=True)
-class GoalOutcome:
-    """How one trial ended.
+class Mean:
+    """The mean of a metric over goals.
 
     Attributes:
-        challenge: class of the goal.
-        score: M_g, in (0, number of objects].
-        distances: of each object to its goal, metres.
+        value: None where a trial does not tell.
+        interval: over goals; None for a single goal.
     """
 
-    challenge: str
-    score: float
-    distances: tuple[float, ...]
+    value: float | None
+    interval: Interval | None
 
 
 @dataclass(frozen=True)
@@ -35,34 +37,47 @@ class ClassSummary:
     Attributes:
         name: the class, or ``total``.
         n_goals: how many goals.
-        score: mean M_g.
-        distance: mean distance of an object to its goal, metres.
-        interval: 95% interval of the mean score; None for a single goal.
+        means: by metric.
     """
 
     name: str
     n_goals: int
-    score: float
-    distance: float
-    interval: Interval | None
+    means: dict[str, Mean]
 
 
-def summarise(outcomes: Sequence[GoalOutcome]) -> list[ClassSummary]:
+def summarise(trials: Sequence[TrialResult]) -> list[ClassSummary]:
     """One summary a class that has goals, in the paper's order, and the total last."""
     by_class = [
-        (name, [outcome for outcome in outcomes if outcome.challenge == name])
-        for name in CHALLENGES
+        (name, [trial for trial in trials if trial.challenge == name]) for name in CHALLENGES
     ]
-    groups = [*by_class, (TOTAL, list(outcomes))]
-    return [_summary(name, members) for name, members in groups if members]
+    groups = [*by_class, (TOTAL, list(trials))]
+    return [
+        ClassSummary(
+            name, len(members), {key: _mean(each, members) for key, each in METRICS.items()}
+        )
+        for name, members in groups
+        if members
+    ]
 
 
-def _summary(name: str, outcomes: Sequence[GoalOutcome]) -> ClassSummary:
-    scores = [outcome.score for outcome in outcomes]
-    return ClassSummary(
-        name=name,
-        n_goals=len(outcomes),
-        score=float(np.mean(scores)),
-        distance=float(np.mean([outcome.distances for outcome in outcomes])),
-        interval=mean_interval(scores),
-    )
+def summary_json(result: Result) -> dict[str, Any]:
+    """What follows from a result: every metric, by class and by goal."""
+    return {
+        "complete": result.is_complete,
+        "classes": [asdict(row) for row in summarise(result.trials)],
+        "goals": [
+            {
+                "goal": trial.goal,
+                "challenge": trial.challenge,
+                **{name: metric.of(trial) for name, metric in METRICS.items()},
+            }
+            for trial in result.trials
+        ],
+    }
+
+
+def _mean(metric: Metric, trials: Sequence[TrialResult]) -> Mean:
+    values = [metric.number(trial) for trial in trials]
+    mean = sum(values) / len(values)
+    interval = goals_interval(values, [trial.challenge for trial in trials])
+    return Mean(None if math.isnan(mean) else mean, interval)

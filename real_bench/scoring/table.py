@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from rich import box
 from rich.console import Group
 from rich.table import Table
 
+from real_bench.lengths import TRIAL_STEPS
 from real_bench.scoring.comparison import Comparison
+from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.result import Result
-from real_bench.scoring.summary import TOTAL, ClassSummary
+from real_bench.scoring.statistics import OVER_GOALS, interval_heading
+from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
 
-NONE = "-"
+
+def score_headings() -> list[str]:
+    """Of the columns of a score table: class, goals, and every metric; the score with interval."""
+    metrics = []
+    for name, metric in METRICS.items():
+        metrics += [metric.title, interval_heading(OVER_GOALS)] if name == SCORE else [metric.title]
+    return ["class", "goals", *metrics]
+
+
+def score_rows(result: Result) -> list[list[str]]:
+    """The cells of a score table: a row a class that has goals, and the total last."""
+    return [_cells(row, result) for row in summarise(result.trials)]
 
 
 def score_table(result: Result) -> Group:
@@ -18,37 +33,67 @@ def score_table(result: Result) -> Group:
     objects = "1 object" if setting.objects == 1 else f"{setting.objects} objects"
     learned = f"after {setting.run_steps:,} steps of play" if setting.run_steps else "without play"
     told = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
-    table = Table()
-    table.add_column("class")
-    for heading in ("goals", "mean score", "95% interval", "distance (m)"):
-        table.add_column(heading, justify="right")
-    for row in result.summary():
-        if row.name == TOTAL:
+    short = setting.trial_steps != TRIAL_STEPS
+    length = f", trials of {setting.trial_steps:,} steps instead of {TRIAL_STEPS:,}" * short
+    table = _narrow_table()
+    for number, heading in enumerate(score_headings()):
+        table.add_column(heading, justify="right" if number else "left")
+    for cells in score_rows(result):
+        if cells[0] == TOTAL:
             table.add_section()
-        table.add_row(*_cells(row))
-    return Group(f"{told}, {learned}", table)
+        table.add_row(*cells)
+    part = [] if result.is_complete else [f"a part: {result.share} of the set were tested"]
+    return Group(f"{told}, {learned}{length}", table, *part)
 
 
 def comparison_table(comparison: Comparison) -> Group:
-    """What A and B are together, and a table of every goal."""
-    told = [
-        f"A {comparison.a:.3f}, B {comparison.b:.3f} ({comparison.n_repeats[0]} and "
-        f"{comparison.n_repeats[1]} repeats on {len(comparison.goals)} goals)",
-        f"A - B {comparison.difference:+.3f}, 95% interval {comparison.interval or NONE}",
-        f"A scores more on a goal with probability {comparison.improvement:.2f}, "
-        f"95% interval {comparison.improvement_interval or NONE}",
-    ]
+    """What A and B are together, in every metric, and a table of every goal."""
+    over = interval_heading(OVER_GOALS)
+    sums = _narrow_table()
+    sums.add_column("metric")
+    for heading in ("A", "B", "A - B", over, "A better", over):
+        sums.add_column(heading, justify="right")
+    for name, metric in METRICS.items():
+        found = comparison.metrics[name]
+        if found.to_json() is None:
+            continue
+        sums.add_row(
+            metric.title,
+            metric.text(found.a),
+            metric.text(found.b),
+            metric.change(found.difference),
+            metric.interval(found.interval),
+            f"{found.improvement:.2f}",
+            str(found.improvement_interval or "-"),
+        )
     table = Table()
     for heading in ("goal set", "goal", "class"):
         table.add_column(heading)
-    for heading in ("A", "B", "A - B"):
+    for heading in ("score of A", "of B", "A - B"):
         table.add_column(heading, justify="right")
     for goal in comparison.goals:
         scores = (f"{goal.a:.3f}", f"{goal.b:.3f}", f"{goal.difference:+.3f}")
         table.add_row(goal.goals_sha256[:8], str(goal.goal), goal.challenge, *scores)
-    return Group(table, *told)
+    repeats = "A {} and B {} repeats".format(*comparison.n_repeats)
+    told = (
+        f"{repeats} on the same {len(comparison.goals)} goals. A better: probability on a goal, a "
+        "tie counting half. Intervals tell of other goals such as these, not of other plays."
+    )
+    return Group(table, sums, told)
 
 
-def _cells(row: ClassSummary) -> tuple[str, ...]:
-    interval = str(row.interval or NONE)
-    return (row.name, str(row.n_goals), f"{row.score:.3f}", interval, f"{row.distance:.3f}")
+def _narrow_table() -> Table:
+    """One whose numbers stay in one line on a terminal of 80 columns."""
+    return Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
+
+
+def _cells(row: ClassSummary, result: Result) -> list[str]:
+    metrics = []
+    for name, metric in METRICS.items():
+        mean = row.means[name]
+        metrics.append(metric.text(mean.value))
+        if name == SCORE:
+            metrics.append(metric.interval(mean.interval))
+    is_part = row.name == TOTAL and not result.is_complete
+    goals = f"{row.n_goals} of {result.setting.set_size}" if is_part else str(row.n_goals)
+    return [row.name, goals, *metrics]

@@ -7,18 +7,23 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ResultError
-from real_bench.finding import shown_name
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.naming import shown_name
+from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
-from real_bench.scoring.comparison import Comparison, by_goal, compare
-from real_bench.scoring.repeats import RepeatsSummary, summarise_repeats
+from real_bench.scoring.comparison import Comparison, compare
+from real_bench.scoring.metric import METRICS
+from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, Setting
-from real_bench.scoring.statistics import Interval, stratified_mean_interval
+from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml
 
-ONE_TEST = ("controller", "condition", "objects", "scene_sha256", "run_steps", "trial_steps")
+ONE_TEST = (
+    *("controller", "condition", "control_version", "objects", "scene_sha256"),
+    *("run_steps", "trial_steps"),
+)
 """What must agree between the results of one submission."""
 
 
@@ -44,14 +49,12 @@ class Verdict:
     Attributes:
         setting: what was tested; of the first result.
         summary: of all results together.
-        interval: 95%, of the mean, resampling goals within their class; None for one goal.
         comparison: with the baseline, where there is one.
         checks: all that must hold.
     """
 
     setting: Setting
     summary: RepeatsSummary
-    interval: Interval | None
     comparison: Comparison | None
     checks: tuple[Check, ...]
 
@@ -66,8 +69,7 @@ class Verdict:
             "passed": self.passed,
             "checks": [asdict(check) for check in self.checks],
             "setting": self.setting.model_dump(mode="json"),
-            "summary": asdict(self.summary),
-            "interval_over_goals": asdict(self.interval) if self.interval else None,
+            "summary": self.summary.to_json(),
             "comparison": self.comparison.to_json() if self.comparison else None,
         }
 
@@ -79,7 +81,7 @@ def judge(
     *,
     goals: str | None = None,
     sizes: Mapping[str, int] | None = None,
-    n_goals: int | None = None,
+    allow_part: bool = False,
 ) -> Verdict:
     """Judge the results of one controller.
 
@@ -89,7 +91,7 @@ def judge(
         baseline: results on the same goals, than which these must not be worse beyond chance.
         goals: hash of the goal set that all must be of; None: any.
         sizes: how many goals sets have, by hash; of others, results are believed.
-        n_goals: how many goals of a set are enough; None: all.
+        allow_part: whether results may be of a part of their goals, if that is what was asked for.
 
     Raises:
         ResultError: the results are not of one test, or the baseline is on other goals.
@@ -101,28 +103,37 @@ def judge(
                 f"results of different tests are never averaged: {name.replace('_', ' ')} "
                 f"{' and '.join(value[:24] for value in values)}"
             )
-    scores = by_goal(results)
-    summary = summarise_repeats(scores.scores, scores.classes)
-    checks = [_complete(results, sizes or {}, n_goals), _of_full_length(results)]
-    if goals is not None:
-        checks.append(_of_these_goals(results, goals))
+    summary = summarise_repeats(by_goal(results))
+    checks = [
+        _complete(results, sizes or {}, allow_part=allow_part),
+        _of_full_length(results),
+        _of_these_goals(results, goals, sizes or {}),
+    ]
     if minimum is not None:
-        told = f"{summary.mean:.4f}, at least {minimum} is asked"
-        checks.append(Check("minimum", summary.mean >= minimum, told))
+        mean = summary.score.mean
+        told = f"{mean:.4f}, at least {minimum} is asked"
+        checks.append(Check("minimum", mean >= minimum, told))
     comparison = None if baseline is None else compare(results, baseline)
     if comparison is not None:
-        told = f"{comparison.difference:+.4f}, 95% interval {comparison.interval}"
+        score, heading = comparison.score, interval_heading(OVER_GOALS)
+        told = f"{score.difference:+.4f}, {heading}: {score.interval or 'none'}"
         checks.append(Check("not worse than the baseline", not comparison.is_worse, told))
-    interval = stratified_mean_interval(scores.scores.mean(axis=0), scores.classes)
-    return Verdict(results[0].setting, summary, interval, comparison, tuple(checks))
+    return Verdict(results[0].setting, summary, comparison, tuple(checks))
 
 
-def _complete(results: Sequence[Result], sizes: Mapping[str, int], n_goals: int | None) -> Check:
+def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part: bool) -> Check:
     settings = [result.setting for result in results]
-    whole = [sizes.get(setting.goals_sha256, setting.n_goals) for setting in settings]
-    asked = whole if n_goals is None else [min(n_goals, n) for n in whole]
-    done = [min(len(result.trials), n) for result, n in zip(results, asked, strict=True)]
-    return Check("complete", done == asked, f"{sum(done)} of {sum(asked)} trials")
+    whole = [sizes.get(setting.goals_sha256, setting.set_size) for setting in settings]
+    done = [len(result.trials) for result in results]
+    told = f"{sum(done)} of {sum(whole)} {'goals' if len(results) == 1 else 'trials'}"
+    if done == whole:
+        return Check("complete", True, told)
+    if not all(result.is_finished for result in results):
+        asked = sum(len(setting.goal_numbers) for setting in settings)
+        return Check("complete", False, f"{told}, not finished: {asked} were asked for")
+    if not allow_part:
+        return Check("complete", False, f"{told} (--allow-part accepts a part)")
+    return Check("complete", True, f"{told}, a part")
 
 
 def _of_full_length(results: Sequence[Result]) -> Check:
@@ -131,11 +142,17 @@ def _of_full_length(results: Sequence[Result]) -> Check:
     return Check("length", steps == TRIAL_STEPS, told)
 
 
-def _of_these_goals(results: Sequence[Result], goals: str) -> Check:
+def _of_these_goals(
+    results: Sequence[Result], goals: str | None, known: Mapping[str, int]
+) -> Check:
+    """Whether they are of the goals asked for; where none are, say which were accepted."""
     found = sorted({result.setting.goals_sha256 for result in results})
-    passed = found == [goals]
     told = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
-    return Check("goals", passed, told if passed else f"{told}, not {goals[:12]}")
+    if goals is not None:
+        passed = found == [goals]
+        return Check("goals", passed, told if passed else f"{told}, not {goals[:12]}")
+    shipped = "the shipped one" if set(found) <= set(known) else "not the shipped one"
+    return Check("goals", True, f"{told}, {shipped} (--goals names what it must be)")
 
 
 def markdown(verdict: Verdict) -> str:
@@ -148,40 +165,48 @@ def markdown(verdict: Verdict) -> str:
         (check.name, "passed" if check.passed else "**failed**", check.told)
         for check in verdict.checks
     ]
-    rows = [
-        ("mean", f"{summary.mean:.3f}"),
-        ("95% interval over goals", str(verdict.interval or "-")),
-        ("interquartile mean", f"{summary.interquartile_mean:.3f}"),
-        *((name, f"{mean:.3f}") for name, mean in summary.by_class.items()),
-    ]
+    score = summary.score
+    over = score.interval.over if score.interval else OVER_GOALS
+    classes = list(score.by_class)
+    rows = []
+    for name, metric in METRICS.items():
+        found = summary.metrics[name]
+        text = metric.text
+        numbers = [text(found.interquartile_mean), *map(text, found.by_class.values())]
+        rows.append((metric.title, text(found.mean), metric.interval(found.interval), *numbers))
     parts = [
-        f"## {shown_name(setting.controller)} {'passed' if verdict.passed else 'failed'}",
-        f"REAL_{setting.condition}, {objects}, scene {setting.scene}, after "
+        f"## {_escaped(shown_name(setting.controller))} {'passed' if verdict.passed else 'failed'}",
+        f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, after "
         f"{setting.run_steps:,} steps of play; {summary.n_goals} goals, each tested "
         f"{'once' if summary.n_repeats == 1 else f'{summary.n_repeats} times'}.",
         tabulate(checks, ("check", "", ""), "github", disable_numparse=True),
-        tabulate(rows, ("score", ""), "github", disable_numparse=True),
+        tabulate(
+            rows,
+            ("", "mean", interval_heading(over), "interquartile mean", *classes),
+            "github",
+            disable_numparse=True,
+        ),
     ]
     return "\n\n".join(parts) + "\n"
 
 
 def junit(verdict: Verdict) -> JUnitXml:
     """The checks as test cases that CI systems show."""
-    properties = {"score": f"{verdict.summary.mean:.6f}"}
+    properties = {"score": f"{verdict.summary.score.mean:.6f}"}
     return _cases(verdict.setting.controller, verdict.checks, properties)
 
 
 def failure(told: str) -> tuple[str, JUnitXml]:
     """Markdown and test cases for a controller that could not be tested to the end."""
     line = quoted(told, longest=2000)
-    page = f"## Not tested to the end\n\n{line}\n"
+    page = f"## Not tested to the end\n\n{_escaped(line)}\n"
     return page, _cases("controller", [Check("runs", False, line)], {})
 
 
 def _cases(name: str, checks: Sequence[Check], properties: Mapping[str, str]) -> JUnitXml:
     from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
-    suite = TestSuite(f"realbench {name}")
+    suite = TestSuite(f"realbench {quoted(name)}")
     for key, value in properties.items():
         suite.add_property(key, value)
     for check in checks:

@@ -1,9 +1,14 @@
 """The simulated world: scenes, bodies, camera, and the fast loop."""
 
-from real_bench.simulation.camera import Image
-from real_bench.simulation.robot import HOME
-from real_bench.simulation.scene import DEFAULT_SCENE, Scene, load_scene
-from real_bench.simulation.simulation import STEP_S, Segment, Simulation
+from typing import TYPE_CHECKING
+
+from real_bench.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from real_bench.simulation.camera import Image
+    from real_bench.simulation.posture import HOME
+    from real_bench.simulation.scene import DEFAULT_SCENE, Scene, load_scene
+    from real_bench.simulation.simulation import STEP_S, Segment, Simulation
 
 __all__ = [
     "DEFAULT_SCENE",
@@ -15,3 +20,17 @@ __all__ = [
     "Simulation",
     "load_scene",
 ]
+
+__getattr__ = lazy_names(
+    __name__,
+    {
+        "DEFAULT_SCENE": "real_bench.simulation.scene",
+        "HOME": "real_bench.simulation.posture",
+        "STEP_S": "real_bench.simulation.simulation",
+        "Image": "real_bench.simulation.camera",
+        "Scene": "real_bench.simulation.scene",
+        "Segment": "real_bench.simulation.simulation",
+        "Simulation": "real_bench.simulation.simulation",
+        "load_scene": "real_bench.simulation.scene",
+    },
+)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,8 @@ from real_bench.errors import SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.scene import Scene
 
-HOME = (0.0,) * 9  # arm straight up, gripper closed; also what "no command" means
 TOUCH_DISTANCE = 0.1
+BASE_LINK = -1
 IK_ITERATIONS = 1000
 IK_RESIDUAL = 0.001
 INITIAL_GAIN = 0.1
@@ -71,7 +71,7 @@ class Robot:
     def set_joint_positions(self, positions: NDArray[np.float64]) -> None:
         """Put the joints at nine angles (as observed), at rest."""
         angles = dict.fromkeys(self.all_joints, 0.0)
-        mine = [*positions[:8], -positions[8]]
+        mine = [*positions[:8], 0.0 - positions[8]]  # never -0: at 0 it is observed as -0, as there
         angles.update(zip(self.driven_joints, [*mine[:8], mine[7], mine[8], mine[8]], strict=True))
         for joint, angle in angles.items():
             pybullet.resetJointState(self.body, joint, angle, 0, physicsClientId=self.client)
@@ -97,8 +97,23 @@ class Robot:
         return ways
 
     def touch_sensors(self) -> NDArray[np.float64]:
-        """The largest normal force on each of the four skins, (4,) newtons; 0 without contact."""
+        """The largest normal force on each of the four skins, (4,) newtons; 0 without contact.
+
+        As in the official environment, only a body's base link is felt: not the table's shelf.
+        """
         return np.array([self._largest_force(link) for link in self._touch_links])
+
+    def link_position(self, name: str) -> NDArray[np.float64]:
+        """Where the centre of mass of a link is, (3,) metres; raises KeyError."""
+        _, links = self._names()
+        state = pybullet.getLinkState(self.body, links[name], physicsClientId=self.client)
+        return np.array(state[0])
+
+    def contacts(self) -> list[tuple[str, int]]:
+        """Points of contact: the robot's link, and the body whose base link it touches."""
+        names = {link: name for name, link in self._names()[1].items()}
+        points = pybullet.getContactPoints(bodyA=self.body, physicsClientId=self.client)
+        return [(names[point[3]], point[2]) for point in points if _is_felt(point)]
 
     def inverse_kinematics(
         self, position: tuple[float, ...], quaternion: tuple[float, ...]
@@ -122,8 +137,7 @@ class Robot:
         contacts = pybullet.getContactPoints(
             bodyA=self.body, linkIndexA=link, physicsClientId=self.client
         )
-        forces = (contact[9] for contact in contacts if abs(contact[8]) < TOUCH_DISTANCE)
-        return max(forces, default=0.0)
+        return max((contact[9] for contact in contacts if _is_felt(contact)), default=0.0)
 
     def _names(self) -> tuple[dict[str, int], dict[str, int]]:
         count = pybullet.getNumJoints(self.body, physicsClientId=self.client)
@@ -134,6 +148,10 @@ class Robot:
         joints = {info[1].decode(): info[0] for info in infos}
         links = {info[12].decode(): info[0] for info in infos}
         return joints, links
+
+
+def _is_felt(contact: tuple[Any, ...]) -> bool:
+    return bool(contact[4] == BASE_LINK and abs(contact[8]) < TOUCH_DISTANCE)
 
 
 def load_body(scene: Scene, urdf: str, flags: int, client: int) -> int:

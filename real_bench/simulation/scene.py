@@ -144,7 +144,7 @@ class Manifest(_Record):
     assets: Assets
     robot: Robot
     table: Table
-    objects: Annotated[tuple[Body, ...], Field(min_length=1, max_length=3)]
+    objects: Annotated[tuple[Body, ...], Field(min_length=1)]
     camera: Camera
     limits: Limits
     goals: GoalRegion
@@ -263,7 +263,12 @@ def installed_folder(manifest: Manifest) -> Path:
     """Where the files of an installed scene lie: in the user's data directory."""
     import platformdirs
 
-    root = Path(platformdirs.user_data_dir("realbench", appauthor=False))
+    try:
+        root = Path(platformdirs.user_data_dir("realbench", appauthor=False))
+    except RuntimeError as error:
+        raise SceneError(
+            f"there is no folder to install scene {manifest.name} in: set HOME or XDG_DATA_HOME"
+        ) from error
     return root / "scenes" / manifest.name
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import os
 import sys
+import weakref
 from collections.abc import Iterable, Sequence
+from typing import NoReturn, SupportsIndex
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,8 @@ from numpy.typing import NDArray
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
-from real_bench.simulation.robot import HOME, Robot, load_body, spread
+from real_bench.simulation.posture import HOME
+from real_bench.simulation.robot import Robot, load_body, spread
 from real_bench.simulation.scene import Scene
 
 STEP_S = 0.005
@@ -28,6 +31,7 @@ FASTEST_OBJECT = 20.0
 fastest seen in 300 random macros and 600 random joint actions was 4.6 m/s."""
 
 LONGEST_UNWATCHED = 100
+TABLE = "table"
 SHOWN_COMMANDS = 3
 
 Segment = tuple[Sequence[float], int]
@@ -35,7 +39,7 @@ Segment = tuple[Sequence[float], int]
 
 
 class Simulation:
-    """A world of robot, table and 1 to 3 objects."""
+    """A world of robot, table and objects."""
 
     def __init__(self, scene: Scene, n_objects: int = 1, *, gui: bool = False) -> None:
         self.scene = scene
@@ -44,9 +48,13 @@ class Simulation:
             # pybullet would end the whole process
             raise SceneError("cannot open pybullet's window: no display (DISPLAY is unset)")
         mode = pybullet.GUI if gui else pybullet.DIRECT
-        self._client: int | None = pybullet.connect(mode)
-        if self._client < 0:
+        client: int = pybullet.connect(mode)
+        if client < 0:
             raise SceneError("cannot open pybullet's window: only one can be open in a process")
+        self._client: int | None = client
+        # pybullet keeps a world until it is told, even when nobody knows of it any more
+        self._end = weakref.finalize(self, pybullet.disconnect, physicsClientId=client)
+        self._end.atexit = False
         self._fallen = [(region.z_below, region.x_above) for region in scene.manifest.limits.fallen]
         self.reset()
 
@@ -145,6 +153,15 @@ class Simulation:
         """The largest normal force on each of the four skins, (4,) newtons."""
         return self.robot.touch_sensors()
 
+    def contacts(self) -> dict[str, list[str]]:
+        """What touches the robot: a link's name and, for each point of contact, the other's."""
+        names = {self._table: TABLE, **dict(zip(self._bodies, self.object_names, strict=True))}
+        touched: dict[str, list[str]] = {}
+        for link, body in self.robot.contacts():
+            if body in names:
+                touched.setdefault(link, []).append(names[body])
+        return touched
+
     def object_poses(self) -> NDArray[np.float64]:
         """Position and quaternion of each object, (n_objects, 7).
 
@@ -174,9 +191,12 @@ class Simulation:
 
     def close(self) -> None:
         """Let go of the physics client; may be called more than once."""
-        if self._client is not None:
-            pybullet.disconnect(physicsClientId=self._client)
-            self._client = None
+        self._end()
+        self._client = None
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        """Refuse to be copied or pickled: there would be one world behind two objects."""
+        raise SceneError("a simulated world can be neither copied nor pickled: make another one")
 
     def __enter__(self) -> Simulation:
         return self
@@ -234,9 +254,9 @@ class Simulation:
 
     def _load_table(self) -> None:
         table = self.scene.manifest.table
-        body = self._load(table.urdf)
+        self._table = self._load(table.urdf)
         pybullet.resetBasePositionAndOrientation(
-            body, table.position, (0, 0, 0, 1), physicsClientId=self.client
+            self._table, table.position, (0, 0, 0, 1), physicsClientId=self.client
         )
 
     def _load_objects(self) -> None:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import make_control
 from real_bench.conditions import Condition
 from real_bench.recording import Recording
 from real_bench.recording.schema import STATE, TRANSITION, chained_sha256, command_type
@@ -54,7 +53,7 @@ def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:
 
 def _misshapen(recording: Recording) -> Iterator[str]:
     header, states = recording.header, recording.states
-    size = make_control(Condition.parse(header.condition).control).size
+    size = Condition.parse(header.condition).control_type.size
     if recording.transitions.dtype != TRANSITION or states.dtype != STATE:
         yield "its transitions or states have other fields"
     if recording.commands(0, 1).dtype != command_type(size):

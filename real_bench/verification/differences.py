@@ -1,4 +1,4 @@
-"""What differs between the recorded and the replayed, to the last bit, and by how much."""
+"""What differs between the recorded and the replayed, and by how much."""
 
 from __future__ import annotations
 
@@ -9,6 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+ROUNDING = 1e-12
+"""How far a number that was derived from facts may be from what is derived here: the last bit of an
+exponential, or of a sum, depends on the processor and on how a library was compiled."""
+
+WITHIN = 1e-3
+"""How far poses (metres; parts of a quaternion) and joints (radians) may be from the recorded ones
+to count as these where physics is another one, and bits cannot agree."""
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -18,11 +26,13 @@ class Difference:
         what: what it is; a whole sentence where there is no number.
         by: how far apart the two are, the largest number of several.
         unit: of ``by``; empty where it has none.
+        of_physics: whether other physics may be why.
     """
 
     what: str
     by: float | None = None
     unit: str = ""
+    of_physics: bool = False
 
     def __str__(self) -> str:
         if self.by is None:
@@ -35,22 +45,35 @@ class Difference:
 
 
 def numbers_differ(
-    what: str, recorded: ArrayLike, replayed: ArrayLike, unit: str = ""
+    what: str, recorded: ArrayLike, replayed: ArrayLike, unit: str = "", *, within: float = 0.0
 ) -> Iterator[Difference]:
-    """Compare numbers of equal shape by their bits."""
+    """Compare numbers of equal shape: by their bits, or up to ``within``."""
     a, b = np.asarray(recorded, "<f8"), np.asarray(replayed, "<f8")
     if a.tobytes() != b.tobytes():
-        yield Difference(what, float(np.abs(a - b).max()), unit)
+        by = float(np.abs(a - b).max())
+        if not 0 <= by <= within or not within:
+            yield Difference(what, by, unit)
 
 
 def poses_differ(
-    recorded: NDArray[np.float64], replayed: NDArray[np.float64], names: Sequence[str]
+    recorded: NDArray[np.float64],
+    replayed: NDArray[np.float64],
+    names: Sequence[str],
+    *,
+    within: float = 0.0,
 ) -> Iterator[Difference]:
-    """Compare the objects' poses, (n_objects, 7) each, by their bits.
+    """Compare the objects' poses, (n_objects, 7) each: by their bits, or up to ``within``.
 
     Positions differ by their distance in metres, quaternions by the component that differs most.
     """
     for name, a, b in zip(names, recorded, replayed, strict=True):
-        if a[:3].tobytes() != b[:3].tobytes():
-            yield Difference(f"position of {name}", float(np.linalg.norm(a[:3] - b[:3])), "m")
-        yield from numbers_differ(f"quaternion of {name}", a[3:], b[3:])
+        away = float(np.linalg.norm(a[:3] - b[:3]))
+        if a[:3].tobytes() != b[:3].tobytes() and not (within and away <= within):
+            yield Difference(f"position of {name}", away, "m")
+        yield from numbers_differ(f"quaternion of {name}", a[3:], b[3:], within=within)
+
+
+def explained_by_physics(differences: Iterator[Difference]) -> Iterator[Difference]:
+    """The same differences, of which other physics may be the reason."""
+    for difference in differences:
+        yield Difference(difference.what, difference.by, difference.unit, of_physics=True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -23,11 +24,17 @@ from real_bench.verification.consistency import (
     contradictions,
     fresh_states,
 )
-from real_bench.verification.differences import Difference, numbers_differ, poses_differ
+from real_bench.verification.differences import (
+    WITHIN,
+    Difference,
+    explained_by_physics,
+    numbers_differ,
+    poses_differ,
+)
 from real_bench.verification.verdicts import RecordingVerdict
-from real_bench.verification.versions import versions_differ
+from real_bench.verification.versions import Physics, versions_differ
 
-Report = Callable[[int, int], None]
+OnReplay = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,7 @@ class RecordingVerification:
     n_steps: int | None = None
     images: bool = False
 
-    def verify(self, report: Report) -> RecordingVerdict:
+    def verify(self, report: OnReplay) -> RecordingVerdict:
         """Replay it, up to the first state that differs.
 
         Args:
@@ -61,11 +68,14 @@ class RecordingVerification:
             raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
         with Recording(self.path) as recording:
             self._check_can_be_replayed(recording)
-            header = recording.header
+            header, parts = recording.header, [Physics.of(part) for part in recording.parts]
+            condition = Condition.parse(header.condition)
+            if misfit := condition.control_misfit(header.control_version):
+                raise RecordingError(f"{self.path} cannot be replayed: {misfit}")
             scene = load_scene(header.scene_source if self.scene is None else self.scene)
             faults = list(contradictions(recording, scene))
-            with closing(Task(scene, Condition.parse(header.condition), header.objects)) as task:
-                replay = _Replay(recording, task, self.images)
+            with closing(Task(scene, condition, header.objects)) as task:
+                replay = _Replay(recording, task, self.images, parts)
                 if not faults:
                     replay.run(self.n_steps or recording.n_steps, report)
             # A hash of all commands can be checked only where all are asked for.
@@ -81,7 +91,8 @@ class RecordingVerification:
                 where=replay.where,
                 differences=replay.differences,
                 faults=tuple(faults),
-                notes=tuple(_notes(recording)),
+                notes=tuple(_notes(recording, parts)),
+                physics=replay.told_physics,
             )
 
     def _check_can_be_replayed(self, recording: Recording) -> None:
@@ -91,8 +102,9 @@ class RecordingVerification:
             raise RecordingError(f"{self.path} was recorded without images")
 
 
-def _notes(recording: Recording) -> Iterator[str]:
+def _notes(recording: Recording, parts: Sequence[Physics]) -> Iterator[str]:
     yield from versions_differ(recording.header.versions)
+    yield from dict.fromkeys(note for part in parts for note in part.notes())
     if recording.commands_sha256 is None:
         yield (
             "it was recorded before commands were hashed: one that was changed without any "
@@ -106,23 +118,29 @@ class _Replay:
     Attributes:
         n_actions, n_steps, n_states: how much has been replayed, and found as recorded.
         where, differences: the first state that differs; empty as long as there is none.
+        physics: of the part that is being replayed.
+        told_physics: of the first part that was made with other physics, if any.
     """
 
-    def __init__(self, recording: Recording, task: Task, images: bool) -> None:
+    def __init__(
+        self, recording: Recording, task: Task, images: bool, parts: Sequence[Physics]
+    ) -> None:
         self._recording, self._task = recording, task
         self._names = recording.header.object_names
         self._states, self._poses = recording.states, recording.object_poses
         self._images = _Images(recording) if images else None
         self.n_actions = self.n_steps = self.n_states = 0
+        self._parts = iter(parts)
+        self.physics = self.told_physics = parts[0]
         self.where = ""
         self.differences: tuple[Difference, ...] = ()
 
-    def run(self, n_steps: int, report: Report) -> None:
+    def run(self, n_steps: int, report: OnReplay) -> None:
         """Replay the actions that begin within the first steps, or up to the first difference."""
         with stop_requests() as stop:
             self._run(n_steps, report, stop)
 
-    def _run(self, n_steps: int, report: Report, stop: StopRequest) -> None:
+    def _run(self, n_steps: int, report: OnReplay, stop: StopRequest) -> None:
         fresh = set(fresh_states(self._recording).tolist())
         rows = self._recording.transitions
         asked = int((rows["first_step"] < n_steps).sum())
@@ -141,6 +159,9 @@ class _Replay:
 
     def _begin(self, state: int) -> Iterator[Difference]:
         """A fresh world: the scene's own, or after a cut as the state before was recorded."""
+        self.physics = next(self._parts, self.physics)
+        if not self.told_physics.is_another:
+            self.told_physics = self.physics
         joints = self._states["joint_positions"]
         self._task.begin(
             object_poses=self._poses[state - 1] if state else None,
@@ -161,7 +182,8 @@ class _Replay:
                 raise ActionError(f"they last {action.duration} steps, not {row['n_steps']}")
             self._task.execute(action)
         except (ActionError, PhysicsError) as error:
-            yield Difference(f"its commands cannot be replayed: {error}")
+            by_physics = self.physics.is_another and isinstance(error, PhysicsError)
+            yield Difference(f"its commands cannot be replayed: {error}", of_physics=by_physics)
             return
         found = list(self._compared(state))
         if not found:
@@ -173,9 +195,18 @@ class _Replay:
         try:
             joints, poses = simulation.joint_positions(), simulation.object_poses()
         except PhysicsError as error:
-            yield Difference(str(error))
+            yield Difference(str(error), of_physics=self.physics.is_another)
             return
-        yield from numbers_differ("joint angle", row["joint_positions"], joints, "rad")
+        angles = row["joint_positions"]
+        if self.physics.is_another:  # touch and pixels, which are all or nothing, are not compared
+            yield from explained_by_physics(
+                chain(
+                    numbers_differ("joint angle", angles, joints, "rad", within=WITHIN),
+                    poses_differ(self._poses[state], poses, self._names, within=WITHIN),
+                )
+            )
+            return
+        yield from numbers_differ("joint angle", angles, joints, "rad")
         yield from numbers_differ("touch", row["touch_sensors"], simulation.touch_sensors(), "N")
         yield from poses_differ(self._poses[state], poses, self._names)
         if self._images:

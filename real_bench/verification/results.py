@@ -17,11 +17,12 @@ from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting, TrialResult, parse_content
 from real_bench.scoring.result_file import read_content
 from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
-from real_bench.verification.claims import Claims
+from real_bench.verification.result_checks import ResultChecks
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
+from real_bench.verification.versions import Physics
 
-Report = Callable[[int, int], None]
+OnReplay = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class ResultVerification:
     may_be_incomplete: bool = False
     jobs: int = 1
 
-    def verify(self, report: Report) -> ResultVerdict:
+    def verify(self, report: OnReplay) -> ResultVerdict:
         """Replay every trial.
 
         Args:
@@ -63,16 +64,21 @@ class ResultVerification:
         content = read_content(self.path)
         result = parse_content(content, self.path)
         self._check_can_be_replayed(result)
+        condition = Condition.parse(result.setting.condition)
+        if misfit := condition.control_misfit(result.setting.control_version):
+            raise ResultError(f"{self.path} cannot be replayed: {misfit}")
         scene = self._scene(result.setting)
         goal_set = self._goal_set(result.setting, scene)
-        claims = Claims(content, result, scene, goal_set)
+        physics = Physics.of(result.setting.versions)
+        claims = ResultChecks(content, result, scene, goal_set)
         claims.check(self.run, self.controller)
         make = partial(
             TrialReplayer,
             scene,
-            Condition.parse(result.setting.condition),
+            condition,
             goal_set,
             result.setting.trial_steps,
+            physics.is_another,
         )
         checks = []
         with stop_requests() as stop:
@@ -85,10 +91,11 @@ class ResultVerification:
         return ResultVerdict(
             path=self.path,
             score=result.score,
-            n_goals=result.setting.n_goals,
+            n_trials=len(result.setting.goal_numbers),
             checks=tuple(sorted(checks, key=lambda check: check.goal)),
             faults=tuple(claims.faults),
-            notes=tuple(claims.notes),
+            notes=(*claims.notes, *physics.notes()),
+            physics=physics,
             may_be_incomplete=self.may_be_incomplete,
         )
 
@@ -125,9 +132,11 @@ class ResultVerification:
                 f"({goal_set.sha256[:12]}): give its own with --goals"
             )
         goal_set.check_fits(scene, setting.objects)
-        if setting.n_goals > len(goal_set):
+        largest = max(setting.goal_numbers, default=0)
+        if setting.n_goals not in (None, len(goal_set)) or largest >= len(goal_set):
             raise ResultError(
-                f"{self.path} is of {setting.n_goals} goals, the set has {len(goal_set)}"
+                f"{self.path} is of a set of {max(setting.set_size, largest + 1)} goals, "
+                f"this one has {len(goal_set)}"
             )
         return goal_set
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from real_bench.verification.differences import Difference
+from real_bench.verification.differences import WITHIN, Difference
+from real_bench.verification.versions import Physics
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,8 @@ class TrialCheck:
     Attributes:
         goal: its number.
         challenge: its class, as recorded.
-        differences: nothing where it ended as recorded, to the last bit.
+        differences: nothing where it ended as recorded: to the last bit, and where physics is
+            another one within a millimetre.
     """
 
     goal: int
@@ -41,19 +43,21 @@ class ResultVerdict:
     Attributes:
         path: the result.
         score: as recorded.
-        n_goals: how many trials were asked for.
+        n_trials: how many trials were asked for.
         checks: of the trials that there are, by goal.
         faults: whatever else does not hold.
         notes: what could not be checked, or should be known.
+        physics: that it was made with, and that of here.
         may_be_incomplete: whether it passes without all trials.
     """
 
     path: Path
     score: float
-    n_goals: int
+    n_trials: int
     checks: tuple[TrialCheck, ...]
     faults: tuple[str, ...]
     notes: tuple[str, ...]
+    physics: Physics
     may_be_incomplete: bool = False
 
     @property
@@ -64,13 +68,19 @@ class ResultVerdict:
     @property
     def is_complete(self) -> bool:
         """Whether every trial has been made."""
-        return len(self.checks) == self.n_goals
+        return len(self.checks) == self.n_trials
 
     @property
     def holds(self) -> bool:
         """Whether the result is proved."""
         enough = self.is_complete or self.may_be_incomplete
         return enough and not self.different and not self.faults
+
+    @property
+    def is_undecided(self) -> bool:
+        """Whether other physics may be why it is not proved: it is not known to be forged."""
+        found = [difference for check in self.different for difference in check.differences]
+        return bool(found) and not self.faults and all(each.of_physics for each in found)
 
     def to_json(self) -> dict[str, Any]:
         """The whole verdict."""
@@ -79,6 +89,8 @@ class ResultVerdict:
             "file": str(self.path),
             "kind": "result",
             "verified": self.holds,
+            "undecided": self.is_undecided,
+            "physics": asdict(self.physics),
             "complete": self.is_complete,
             "score": self.score,
             "trials": [check.to_json() for check in self.checks],
@@ -92,19 +104,31 @@ class ResultVerdict:
         return [*map(str, self.checks), *_asides(self.notes, self.faults), self._sum()]
 
     def _sum(self) -> str:
-        trials = f"{len(self.checks)} of {self.n_goals} trials"
+        trials = f"{len(self.checks)} of {self.n_trials} trials"
+        replay = _how(self.physics)
         if self.holds:
-            return f"verified: {trials} replay bit for bit, score {self.score:.4f}"
+            return f"verified: {trials} {replay}, score {self.score:.4f}"
+        if self.is_undecided:
+            alike = len(self.checks) - len(self.different)
+            return (
+                f"cannot be judged here, physics is another one: {alike} of {len(self.checks)} "
+                f"trials {replay}, and all scores follow from the recorded poses; verify it where "
+                f"physics is {self.physics.then} (`realbench doctor` tells)"
+            )
         if self.different:
-            first = self.different[0]
+            first = next(
+                check
+                for check in self.different
+                if self.faults or not all(each.of_physics for each in check.differences)
+            )
             return (
                 f"does not verify: {len(self.different)} of {len(self.checks)} trials differ, "
                 f"first goal {first.goal}: {first.differences[0]}"
             )
         if self.faults:
-            return f"does not verify: the trials replay bit for bit, but {self.faults[0]}"
+            return f"does not verify: the trials {replay}, but {self.faults[0]}"
         return (
-            f"does not verify: it is incomplete, {trials}; these replay bit for bit "
+            f"does not verify: it is incomplete, {trials}; these {replay} "
             "(--allow-incomplete accepts that)"
         )
 
@@ -122,6 +146,8 @@ class RecordingVerdict:
         differences: between that state and the replayed one.
         faults: what in the file contradicts itself; where it cannot be replayed, it is not.
         notes: what could not be checked, or should be known.
+        physics: that it was made with, and that of here; of several parts, of the first that is
+            of other physics.
     """
 
     path: Path
@@ -134,11 +160,18 @@ class RecordingVerdict:
     differences: tuple[Difference, ...]
     faults: tuple[str, ...]
     notes: tuple[str, ...]
+    physics: Physics
 
     @property
     def holds(self) -> bool:
         """Whether all that was replayed is as recorded."""
         return not self.differences and not self.faults
+
+    @property
+    def is_undecided(self) -> bool:
+        """Whether other physics may be why it is not proved: it is not known to be forged."""
+        found = self.differences
+        return bool(found) and not self.faults and all(each.of_physics for each in found)
 
     def to_json(self) -> dict[str, Any]:
         """The whole verdict."""
@@ -150,6 +183,8 @@ class RecordingVerdict:
             "file": str(self.path),
             "kind": "recording",
             "verified": self.holds,
+            "undecided": self.is_undecided,
+            "physics": asdict(self.physics),
             "actions_replayed": self.n_actions,
             "steps_replayed": self.n_steps,
             "steps_recorded": self.total_steps,
@@ -165,16 +200,30 @@ class RecordingVerdict:
         return [*_asides(self.notes, self.faults), self._sum()]
 
     def _sum(self) -> str:
+        replay = _how(self.physics)
+        if self.is_undecided:
+            return (
+                f"cannot be judged here, physics is another one: {self.n_steps:,} of "
+                f"{self.total_steps:,} steps {replay}; verify it where physics is "
+                f"{self.physics.then} (`realbench doctor` tells)"
+            )
         if self.differences:
             return f"does not verify: {self.where}: {'; '.join(map(str, self.differences))}"
         if self.faults:
-            done = "it replays bit for bit, but" if self.n_states else "it was not replayed:"
+            done = f"it {_how(self.physics, 's')}, but" if self.n_states else "it was not replayed:"
             return f"does not verify: {done} {self.faults[0]}"
         what = "joints, touch, poses and images" if self.images else "joints, touch and poses"
         return (
-            f"verified: {self.n_steps:,} of {self.total_steps:,} steps replay bit for bit "
+            f"verified: {self.n_steps:,} of {self.total_steps:,} steps {replay} "
             f"({self.n_actions:,} actions, {self.n_states:,} states: {what})"
         )
+
+
+def _how(physics: Physics, s: str = "") -> str:
+    """How exactly things replay."""
+    if physics.is_another:
+        return f"agree{s} within {WITHIN * 1e3:g} mm"
+    return f"replay{s} bit for bit"
 
 
 def _asides(notes: Sequence[str], faults: Sequence[str]) -> list[str]:

@@ -1,13 +1,46 @@
-"""Versions that may change the bits of a replay."""
+"""Versions and physics that may change the bits of a replay."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
+from real_bench.physics import UNKNOWN, fingerprint, physics_of
 from real_bench.quoting import quoted
 from real_bench.recording import package_versions
 
 DECISIVE = ("pybullet", "numpy")
+
+
+@dataclass(frozen=True)
+class Physics:
+    """The physics that something was made with, and that of this machine.
+
+    Attributes:
+        then: as it says; ``unknown`` where it is older.
+        here: of this machine.
+    """
+
+    then: str
+    here: str
+
+    @classmethod
+    def of(cls, versions: Mapping[str, str]) -> Physics:
+        """Of what was made with these versions."""
+        return cls(quoted(physics_of(versions)), fingerprint())
+
+    @property
+    def is_another(self) -> bool:
+        """Whether the same commands are known to end otherwise here."""
+        return self.then not in (UNKNOWN, self.here)
+
+    def notes(self) -> list[str]:
+        """What should be known of it."""
+        if self.then == UNKNOWN:
+            return [f"it does not tell its physics, here it is {self.here}: bits may differ"]
+        if self.is_another:
+            return [f"its physics is {self.then}, here it is {self.here}: bits cannot agree"]
+        return []
 
 
 def versions_differ(recorded: Mapping[str, str]) -> list[str]:

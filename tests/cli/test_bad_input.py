@@ -10,6 +10,7 @@ import pytest
 from real_bench.goal_sets import save_goal_set
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals, write_controller
+from tests.outside.bench import after_first_line
 
 PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM")
 TEST = ("extrinsic", "--scene", "builtin", "--condition", "OM", "--controller", "real_r")
@@ -30,7 +31,10 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
     (folder / "broken.py").write_text("class A:\n    def step(self, o, r, d)\n        pass\n")
     (folder / "raising.py").write_text("import os\nraise ValueError('no such luck')\n")
     (folder / "empty.py").write_text("x = 1\n")
-    (folder / "two.py").write_text("class A:\n    def step(self): 0\nclass B(A): pass\n")
+    (folder / "two.py").write_text(
+        "from real_robots.policy import BasePolicy as P\n"
+        "class A(P):\n    def step(self): 0\nclass B(A): pass\n"
+    )
     (folder / "quit.py").write_text("import sys\nsys.exit(0)\n")
     return folder
 
@@ -40,7 +44,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
     before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
     done = realbench(folder, *arguments, code=code)
     assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
-    lines = [line for line in done.stderr.splitlines() if line.strip()]
+    lines = [line for line in after_first_line(done.stderr).splitlines() if line.strip()]
     assert "Traceback" not in done.stderr
     assert done.stdout == ""
     assert len(lines) == 1, done.stderr
@@ -55,7 +59,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
             "unknown controller 'real_x': use one of real_d, real_g, real_ild, real_ld, real_r, "
             "real_t",
         ),
-        (("--controller", "none.py"), "none.py does not exist"),
+        (("--controller", "none.py"), "controller file not found: none.py"),
         (("--controller", "broken.py"), "broken.py, line 2: expected ':'"),
         (("--controller", "raising.py"), "raising.py, line 2: ValueError: no such luck"),
         (("--controller", "quit.py"), "quit.py, line 2: SystemExit"),
@@ -98,7 +102,7 @@ def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
         (("--goals", "two.npy"), "the goals are for 2 objects (cube, tomato), the run has 1"),
         (("--goals", "none.npy"), "none.npy"),
         (("--goals", "run.h5"), "run.h5"),
-        (("--run", "none.h5"), "none.h5 does not exist"),
+        (("--run", "none.h5"), "recording not found: none.h5"),
         (("--run", "text.h5"), "text.h5 cannot be read"),
         (("--run", "run.h5", "--objects", "2"), "run.h5 does not fit this test"),
         (("--goals", "goals.npy", "--run-steps", "0"), "--run-steps must be at least 1"),
@@ -130,8 +134,8 @@ def test_inspect(place: Path, file: str) -> None:
 
 
 def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
-    done = realbench(tmp_path, "intrinsic", code=2)
-    assert "--controller is missing (try --controller real_r)" in done.stderr
+    done = realbench(tmp_path, "intrinsic", code=1)
+    assert "a controller is missing (try --controller real_r)" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -141,7 +145,7 @@ def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
         ("nan", "return {'macro_action': [float('nan')] * 4}", "finite numbers"),
         ("shape", "return {'macro_action': [0, 0]}", "4 numbers, not of shape (2,)"),
         ("key", "return {'joint_command': [0] * 9}", "it has: joint_command"),
-        ("raises", "raise RuntimeError('tired')", "raises.py, line 6: RuntimeError: tired"),
+        ("raises", "raise RuntimeError('tired')", "raises.py, line 7: RuntimeError: tired"),
         ("quits", "raise SystemExit(0)", "SystemExit"),
     ],
 )
@@ -149,15 +153,20 @@ def test_a_controller_that_fails_keeps_what_was_recorded(
     tmp_path: Path, name: str, body: str, message: str
 ) -> None:
     text = (
-        "class C:\n    def __init__(self, a, o): self.n = 0\n    def step(self, o, r, d):\n"
+        "from real_robots.policy import BasePolicy\n"
+        "class C(BasePolicy):\n    def __init__(self, a, o): self.n = 0\n"
+        "    def step(self, o, r, d):\n"
         "        self.n += 1\n        if self.n > 1500:\n"
         f"            {body}\n        return {{'macro_action': None}}\n"
     )
     (tmp_path / f"{name}.py").write_text(text)
     arguments = (*PLAY, "--controller", f"{name}.py", "--steps", "5000")
     done = realbench(tmp_path, *arguments, code=1)
-    assert len(done.stderr.splitlines()) == 1
-    assert f"controller {name}.py" in done.stderr
+    controller, forgets, *faults = done.stderr.splitlines()
+    assert controller.startswith("controller: class C of ")
+    assert "it has no get_state()" in forgets
+    assert len(faults) == 1
+    assert f"controller {name}.py" in faults[0]
     assert message in done.stderr
     inspected = realbench(tmp_path, "inspect", "run.h5", "--json").stdout
     assert '"steps": 1000' in inspected

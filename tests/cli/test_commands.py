@@ -13,6 +13,7 @@ from PIL import Image
 
 from real_bench.cli import COMMANDS
 from real_bench.goal_sets import save_goal_set
+from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
 
@@ -71,7 +72,7 @@ def test_the_command_line_imports_nothing_heavy() -> None:
 
 def test_the_shortest_forms_make_a_score_table(workplace: Path) -> None:
     table = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite").stdout
-    for word in ("real_r", "REAL_OM", "builtin", "2D", "total", "95% interval"):
+    for word in ("real_r", "REAL_OM", "builtin", "2D", "total", "95% over goals"):
         assert word in table
 
 
@@ -91,7 +92,13 @@ def test_inspect_says_what_is_in_a_file(workplace: Path, file: str, facts: dict[
 
 def test_json_is_all_that_is_printed(workplace: Path) -> None:
     printed = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite", "--json")
-    assert json.loads(printed.stdout) == json.loads((workplace / "score.json").read_text())
+    told = json.loads(printed.stdout)
+    summary = told.pop("summary")
+    assert told == json.loads((workplace / "score.json").read_text())
+    assert summary["complete"]
+    assert [goal["score"] for goal in summary["goals"]] == [
+        trial.score for trial in load_result(workplace / "score.json").trials
+    ]
 
 
 def test_what_was_tested_and_played_can_be_proved(workplace: Path) -> None:
@@ -110,11 +117,14 @@ def test_pictures_and_films_of_trials(workplace: Path) -> None:
     assert (workplace / "films" / "trial-00.mp4").stat().st_size > 10_000
 
 
-def test_the_exit_code_judges_the_score(workplace: Path) -> None:
-    arguments = ["extrinsic", "--goals", "goals.npy", "--overwrite"]
-    realbench(workplace, *arguments, "--min-score", "0", code=0)
-    low = realbench(workplace, *arguments, "--min-score", "0.99", code=3)
-    assert "below 0.99" in low.stderr
+def test_a_part_of_the_goals_is_told_as_a_part(workplace: Path) -> None:
+    part = ["extrinsic", "--goals", "goals.npy", "--trials", "1", "--out", "part.json"]
+    assert "a part: 1 of 2 goals" in realbench(workplace, *part).stdout
+    told = json.loads(realbench(workplace, "inspect", "part.json", "--json").stdout)
+    assert (told["goals_tested"], told["complete"]) == ("1 of 2 goals", False)
+    refused = realbench(workplace, "score", "part.json", "--goals", "goals.npy", code=3)
+    assert "1 of 2" in refused.stderr
+    realbench(workplace, "score", "part.json", "--goals", "goals.npy", "--allow-part")
 
 
 def test_both_phases_in_one_process(workplace: Path) -> None:

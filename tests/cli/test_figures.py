@@ -30,7 +30,7 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
     realbench(folder, *TEST, "--out", "all.json")
     realbench(folder, *TEST, "--run-steps", "2000", "--out", "half.json")
     change(folder / "all.json", folder / "others.json", goals_sha256="0" * 64)
-    change(folder / "all.json", folder / "some.json", n_goals=2)
+    change(folder / "all.json", folder / "some.json", goal_numbers=(0, 1))
     (folder / "cut.h5").write_bytes((folder / "run.h5").read_bytes()[:5000])
     (folder / "note.json").write_text('{"a": "note"}')
     (folder / "note.txt").write_text("a note")
@@ -89,7 +89,7 @@ def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -
     assert told == json.loads((place / "left" / "figures.json").read_text())
     assert list(told["drawn"]) == ["score-by-goal"]
     (result,) = told["results"]
-    assert result["score"] == json.loads((place / "all.json").read_text())["trials"][0]["score"]
+    assert result["score"] == load_result(place / "all.json").score
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -
         (("run.h5", "--set", "vae.wait=1"), 1, "bad settings: vae.wait"),
         (("goals.npy",), 2, "goals.npy is a goal set: give recording or result"),
         (("note.txt",), 2, "note.txt is no recording, goal set, result, experiment"),
-        (("none.h5",), 1, "none.h5 does not exist"),
+        (("none.h5",), 1, "recording not found: none.h5"),
         (("cut.h5",), 1, "cut.h5 cannot be read"),
         (("note.json",), 1, "note.json is not a result of realbench"),
         (("all.json", "others.json"), 1, "results of different goals cannot be drawn together"),

@@ -26,10 +26,11 @@ def folder(tmp_path: Path) -> Path:
 def test_compare_takes_files_folders_and_patterns(folder: Path, near: str) -> None:
     told = json.loads(realbench(folder, "compare", near, "far.json", "--json").stdout)
     assert told["n_repeats"] == [2, 1]
-    assert told["improvement"] == 1.0
+    assert told["metrics"]["score"]["improvement"] == 1.0
     assert len(told["goals"]) == 4
     page = realbench(folder, "compare", near, "far.json").stdout
-    assert "A scores more on a goal with probability 1.00" in page
+    assert "A better" in page
+    assert page.count("95% over goals") == 2
 
 
 def test_score_passes_and_fails_by_its_exit_code(folder: Path) -> None:
@@ -48,7 +49,7 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
     page = (folder / "summary.md").read_text()
     assert page.startswith("# Before\n## REAL-R passed")
     root = ElementTree.parse(folder / "junit.xml").getroot()
-    assert [case.get("name") for case in root.iter("testcase")] == ["complete", "length"]
+    assert [case.get("name") for case in root.iter("testcase")] == ["complete", "length", "goals"]
     again = realbench(folder, "score", "near", *files, code=1)
     assert "junit.xml exists" in again.stderr
     realbench(folder, "score", "near", *files, "--overwrite")
@@ -56,7 +57,11 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("named", "told"),
-    [("no.json", "does not exist"), ("none/*.json", "no result in"), (".", "no result in")],
+    [
+        ("no.json", "result not found: no.json"),
+        ("none/*.json", "no result found in"),
+        (".", "no result found in"),
+    ],
 )
 def test_nothing_to_read_is_told(tmp_path: Path, named: str, told: str) -> None:
     assert told in realbench(tmp_path, "score", named, code=1).stderr
@@ -96,10 +101,17 @@ def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> Non
 
 def test_a_part_of_the_goals_is_not_all_of_them(submission: Path) -> None:
     goals = ("--goals", "goals.npy")
-    realbench(submission, "score", *TEST, *goals, "--trials", "1")
-    done = realbench(submission, "score", "score.json", *goals, code=3)
-    assert "not passed: complete: 1 of 2 trials" in done.stderr
-    realbench(submission, "score", "score.json", *goals, "--trials", "1")
+    refused = realbench(submission, "score", *TEST, *goals, "--trials", "1", code=2)
+    assert "--trials 1 tests a part of the 2 goals" in refused.stderr
+    assert "use --allow-part" in refused.stderr
+    assert not (submission / "score.json").exists()
+    realbench(submission, "score", *TEST, *goals, "--trials", "1", "--allow-part")
+    for told in (goals, ()):  # the result says itself that it is a part
+        done = realbench(submission, "score", "score.json", *told, code=3)
+        assert "not passed: complete: 1 of 2 goals (--allow-part" in done.stderr
+    done = realbench(submission, "score", "score.json", "--allow-part")
+    assert "1 of 2 goals, a part" in done.stdout
+    assert "not the shipped one" in done.stdout
 
 
 def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> None:
@@ -118,6 +130,7 @@ def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> Non
         ([], "give result files, or a --controller"),
         (["far.json", "--controller", "real_r"], "--controller is for a test"),
         (["far.json", "--jobs", "1"], "--jobs is for a test"),
+        (["far.json", "--trials", "1"], "--trials is for a test"),
         (["far.json", "--no-isolate"], "--isolate is for a test"),
     ],
 )

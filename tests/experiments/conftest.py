@@ -8,6 +8,9 @@ from typing import Any
 import pytest
 
 from real_bench.experiments import Spec, read_spec
+from real_bench.experiments.plan import ExperimentPlan
+from real_bench.simulation import Scene
+from tests.scoring.bench import made
 
 TINY: dict[str, Any] = {
     "title": "tiny",
@@ -49,3 +52,29 @@ def write_spec(tmp_path: Path) -> WriteSpec:
 @pytest.fixture
 def spec(write_spec: WriteSpec) -> Spec:
     return read_spec(write_spec())
+
+
+DISTANCES = {0: (0.05, 0.10), 1: (0.15, 0.30)}
+"""Of the two goals, by seed of the repeat."""
+SAME = (
+    *("condition", "objects", "controller", "seed"),
+    *("run_steps", "n_goals", "trial_steps", "goals_sha256"),
+)
+"""What a job and its result say alike."""
+
+
+@pytest.fixture
+def drawn(spec: Spec, builtin_scene: Scene) -> Spec:
+    """The tiny experiment with its goals drawn."""
+    spec.results_folder.mkdir()
+    list(ExperimentPlan(spec).draw_goals())
+    return spec
+
+
+def keep(spec: Spec, cell: int = 0, repeat: int = 0, n_trials: int = 2, **changes: Any) -> Path:
+    """Write a result that fits a cell, but for some changes of its setting."""
+    job = ExperimentPlan(spec).scorings(spec.cells[cell], repeat)[0]
+    told = {name: getattr(job, name) for name in SAME}
+    distances = DISTANCES[repeat][:n_trials]
+    made(distances, classes=["2D"], **{**told, **changes}).save(job.out)
+    return job.out

@@ -13,6 +13,11 @@ from pathlib import Path
 
 import pytest
 
+from real_bench.errors import ExperimentError
+from real_bench.experiments import Spec
+from real_bench.experiments import cluster as clusters
+from real_bench.experiments.plan import ExperimentPlan
+from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
 from tests.cli.shell import COMMAND, realbench
 from tests.experiments.conftest import WriteSpec
 
@@ -26,7 +31,7 @@ class DaskCluster:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self._folder, self._stack = folder, stack
         log = folder / "scheduler.log"
-        self._start(["scheduler", "--host", "127.0.0.1", "--port", "0"], log)
+        self._start(["scheduler", "--backend", "127.0.0.1", "--port", "0"], log)
         self.address = self._told(log, r"Scheduler at:\s+(tcp://\S+)")
         self.workers: list[subprocess.Popen[bytes]] = []
 
@@ -115,6 +120,19 @@ def _until(ask: Callable[[], object]) -> None:
 
 
 def _children(pid: int) -> list[int]:
-    """The processes in which a worker does its tasks."""
-    listed = Path(f"/proc/{pid}/task").glob("*/children")
+    """The processes in which a worker does its jobs."""
+    listed = Path(f"/proc/{pid}/job").glob("*/children")
     return [int(child) for file in listed for child in file.read_text().split()]
+
+
+def test_a_cluster_without_workers_is_told_and_not_waited_for_without_end(
+    cluster: DaskCluster, spec: Spec, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clusters, "SECONDS_WITHOUT_WORKERS", 3)
+    told: list[ExperimentProgress] = []
+    with pytest.raises(ExperimentError, match=f"no worker for 3 s: .*{cluster.address}"):
+        JobScheduler(clusters.Cluster(cluster.address), 2).do(
+            ExperimentPlan(spec).left(), told.append
+        )
+    assert told[0].waits_for == f"a worker (dask worker {cluster.address})"
+    assert told[0].n_jobs == 0

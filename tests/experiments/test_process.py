@@ -9,35 +9,35 @@ from pathlib import Path
 import pytest
 
 from real_bench.experiments import read_spec
-from real_bench.experiments.agenda import Agenda
-from real_bench.experiments.process import Processes, TaskFailedError, WorkerLostError
-from real_bench.experiments.tasks import PlayTask, task_from_json
+from real_bench.experiments.jobs import PlayJob, job_from_json
+from real_bench.experiments.plan import ExperimentPlan
+from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
 from real_bench.recording import Recording
 from tests.cli.shell import write_controller
 from tests.experiments.conftest import WriteSpec
 
 
-def a_play(write_spec: WriteSpec, controller: str = "real_r", steps: int = 3000) -> PlayTask:
+def a_play(write_spec: WriteSpec, controller: str = "real_r", steps: int = 3000) -> PlayJob:
     cell = {"controller": controller, "condition": "OM", "name": "cell"}
     spec = read_spec(write_spec(cells=[cell], steps=steps))
     spec.results_folder.mkdir()
-    return Agenda(spec).left().plays[0]
+    return ExperimentPlan(spec).left().plays[0]
 
 
 def test_a_task_is_the_same_after_its_journey(write_spec: WriteSpec) -> None:
-    task = a_play(write_spec)
-    assert task_from_json(task.model_dump_json()) == task
+    job = a_play(write_spec)
+    assert job_from_json(job.model_dump_json()) == job
 
 
 def test_a_task_is_done_and_told(write_spec: WriteSpec, tmp_path: Path) -> None:
-    task = a_play(write_spec)
+    job = a_play(write_spec)
     steps: list[int] = []
-    Processes(tmp_path / "logs").do(task, steps.append)
-    with Recording(task.out) as recording:
+    Processes(tmp_path / "logs").do(job, steps.append)
+    with Recording(job.out) as recording:
         assert recording.n_steps == 3000
         assert recording.ended
     assert steps == sorted(steps)
-    assert (tmp_path / "logs" / f"{task.name}.log").exists()
+    assert (tmp_path / "logs" / f"{job.name}.log").exists()
 
 
 def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
@@ -49,17 +49,17 @@ def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
         """    print('{"failed": "no"}', flush=True)""",
         "    return super().next_action(observation)",
     )
-    task = a_play(write_spec, "loud.py")
-    Processes(tmp_path / "logs").do(task, lambda steps: None)
-    assert '"failed"' in (tmp_path / "logs" / f"{task.name}.log").read_text()
+    job = a_play(write_spec, "loud.py")
+    Processes(tmp_path / "logs").do(job, lambda steps: None)
+    assert '"failed"' in (tmp_path / "logs" / f"{job.name}.log").read_text()
 
 
 def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) -> None:
     raises = "raise ValueError('no idea')"
     write_controller(tmp_path / "bad.py", f"def next_action(self, observation): {raises}")
-    task = a_play(write_spec, "bad.py")
-    with pytest.raises(TaskFailedError, match="no idea"):
-        Processes(tmp_path / "logs").do(task, lambda steps: None)
+    job = a_play(write_spec, "bad.py")
+    with pytest.raises(JobFailedError, match="no idea"):
+        Processes(tmp_path / "logs").do(job, lambda steps: None)
 
 
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(3)"])
@@ -67,34 +67,34 @@ def test_a_process_that_dies_is_lost(write_spec: WriteSpec, tmp_path: Path, end:
     method = f"def next_action(self, observation): {end}"
     write_controller(tmp_path / "dies.py", method, before="import os")
     told = "SIGKILL" if "kill" in end else "exit code 3"
-    task = a_play(write_spec, "dies.py")
+    job = a_play(write_spec, "dies.py")
     with pytest.raises(WorkerLostError, match=told):
-        Processes(tmp_path / "logs").do(task, lambda steps: None)
+        Processes(tmp_path / "logs").do(job, lambda steps: None)
 
 
 def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path) -> None:
-    task = a_play(write_spec, steps=100_000_000)
+    job = a_play(write_spec, steps=100_000_000)
     processes = Processes(tmp_path / "logs")
     begun = threading.Event()
     threading.Thread(target=lambda: (begun.wait(60), processes.stop()), daemon=True).start()
     with pytest.raises(WorkerLostError):
-        processes.do(task, lambda steps: begun.set())
+        processes.do(job, lambda steps: begun.set())
     with pytest.raises(WorkerLostError, match="not begun"):
-        processes.do(task, lambda steps: None)
-    with Recording(task.out) as recording:  # whole, as far as it came
+        processes.do(job, lambda steps: None)
+    with Recording(job.out) as recording:  # whole, as far as it came
         assert not recording.ended
 
 
 def test_a_process_ends_with_whoever_asked_for_it(write_spec: WriteSpec, tmp_path: Path) -> None:
-    """Fork, ask, die: the process that did the task is gone soon after."""
+    """Fork, ask, die: the process that did the job is gone soon after."""
     tells = f"pathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()))"
     method = f"def start_intrinsic_phase(self): {tells}"
     write_controller(tmp_path / "tells.py", method, before="import os, pathlib")
-    task = a_play(write_spec, "tells.py", steps=100_000_000)
+    job = a_play(write_spec, "tells.py", steps=100_000_000)
     parent = os.fork()
     if parent == 0:
         try:
-            Processes(tmp_path / "logs").do(task, lambda steps: None)
+            Processes(tmp_path / "logs").do(job, lambda steps: None)
         finally:
             os._exit(1)
     pid = int(_soon(lambda: (tmp_path / "pid").read_text()))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,48 +11,22 @@ import pytest
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
 from real_bench.experiments import Spec, read_spec
-from real_bench.experiments.agenda import Agenda
+from real_bench.experiments.job_state import JobState, state_of
+from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.scores import rows_of
-from real_bench.experiments.state import State, state_of
-from real_bench.experiments.table import json_table, latex_table, markdown_table, notes
-from real_bench.finding import find_controller, source_sha256
+from real_bench.experiments.table import cells, json_table, latex_table, markdown_table, notes
 from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.phases.local import LocalHost
+from real_bench.phases.local import LocalBackend
 from real_bench.recording import Recorder
 from real_bench.simulation import Scene, load_scene
+from real_bench.source import ControllerSource
 from tests.cli.shell import realbench
-from tests.experiments.conftest import WriteSpec
-from tests.scoring.bench import made
-
-DISTANCES = {0: (0.05, 0.10), 1: (0.15, 0.30)}
-"""Of the two goals, by seed of the repeat."""
-SAME = (
-    *("condition", "objects", "controller", "seed"),
-    *("run_steps", "n_goals", "trial_steps", "goals_sha256"),
-)
-"""What a task and its result say alike."""
-
-
-@pytest.fixture
-def drawn(spec: Spec, builtin_scene: Scene) -> Spec:
-    """The tiny experiment with its goals drawn."""
-    spec.results_folder.mkdir()
-    list(Agenda(spec).draw_goals())
-    return spec
-
-
-def keep(spec: Spec, cell: int = 0, repeat: int = 0, n_trials: int = 2, **changes: Any) -> Path:
-    """Write a result that fits a cell, but for some changes of its setting."""
-    task = Agenda(spec).scorings(spec.cells[cell], repeat)[0]
-    told = {name: getattr(task, name) for name in SAME}
-    distances = DISTANCES[repeat][:n_trials]
-    made(distances, classes=["2D"], **{**told, **changes}).save(task.out)
-    return task.out
+from tests.experiments.conftest import DISTANCES, WriteSpec, keep
 
 
 def test_nothing_is_known_before_anything_is_done(spec: Spec) -> None:
-    rows = rows_of(spec, Agenda(spec))
+    rows = rows_of(spec, ExperimentPlan(spec))
     assert [(row.seeds, row.n_asked, row.summary, row.difference) for row in rows] == [
         ((), 2, None, None),
         ((), 2, None, None),
@@ -62,12 +37,14 @@ def test_nothing_is_known_before_anything_is_done(spec: Spec) -> None:
 
 def test_a_row_tells_what_its_repeats_say(drawn: Spec) -> None:
     files = [keep(drawn, repeat=0), keep(drawn, repeat=1)]
-    row = rows_of(drawn, Agenda(drawn))[0]
+    row = rows_of(drawn, ExperimentPlan(drawn))[0]
     assert row.summary is not None
     scores = np.exp(-np.log(4) / 0.1 * np.array([DISTANCES[0], DISTANCES[1]]))
-    assert row.summary.mean == pytest.approx(scores.mean())
-    assert row.summary.standard_error == pytest.approx(scores.mean(axis=1).std(ddof=1) / np.sqrt(2))
-    assert row.summary.by_repeat == pytest.approx(tuple(scores.mean(axis=1)))
+    assert row.summary.score.mean == pytest.approx(scores.mean())
+    assert row.summary.score.standard_error == pytest.approx(
+        scores.mean(axis=1).std(ddof=1) / np.sqrt(2)
+    )
+    assert row.summary.score.by_repeat == pytest.approx(tuple(scores.mean(axis=1)))
     assert row.difference == pytest.approx(scores.mean() - 0.021)
     assert (row.seeds, row.files) == ((0, 1), tuple(files))
     assert not row.is_enough
@@ -77,19 +54,22 @@ def test_a_row_tells_what_its_repeats_say(drawn: Spec) -> None:
 def test_a_repeat_counts_when_it_is_whole(drawn: Spec) -> None:
     keep(drawn, repeat=0)
     keep(drawn, repeat=1, n_trials=1)
-    row = rows_of(drawn, Agenda(drawn))[0]
+    row = rows_of(drawn, ExperimentPlan(drawn))[0]
     assert row.seeds == (0,)
     assert row.summary is not None
-    assert row.summary.standard_error is row.summary.interval is None
-    left = Agenda(drawn).left()
-    assert [task.name for task in left.scorings][:1] == ["real_r-OM-1-seed1-few"]
-    assert [task.name for task in left.plays] == ["random-1-seed0", "random-1-seed1"]
+    assert row.summary.score.standard_error is None
+    assert row.summary.score.interval is not None
+    assert row.summary.score.interval.over == "goals"  # one play
+    assert cells(row)[6] == "-"
+    left = ExperimentPlan(drawn).left()
+    assert [job.name for job in left.scorings][:1] == ["real_r-OM-1-seed1-few"]
+    assert [job.name for job in left.plays] == ["random-1-seed0", "random-1-seed1"]
 
 
 def test_a_play_that_nothing_needs_any_more_is_not_made(drawn: Spec) -> None:
     for cell in (0, 1):
         keep(drawn, cell, repeat=0)
-    assert [task.name for task in Agenda(drawn).left().plays] == ["random-1-seed1"]
+    assert [job.name for job in ExperimentPlan(drawn).left().plays] == ["random-1-seed1"]
 
 
 @pytest.mark.parametrize(
@@ -101,7 +81,7 @@ def test_a_play_that_nothing_needs_any_more_is_not_made(drawn: Spec) -> None:
         ({"seed": 7}, "seed 7, not 0"),
         ({"trial_steps": 10_000}, "trial steps 10000, not 2000"),
         ({"run_steps": 15_000_000}, "run steps 15000000, not 3000"),
-        ({"n_goals": 3}, "n goals 3, not 2"),
+        ({"n_goals": 3}, "3 goals, not 2"),
         ({"goals_sha256": "9" * 64}, r"other goals than goals-few-1\.npy"),
     ],
 )
@@ -110,10 +90,10 @@ def test_what_is_of_another_experiment_is_refused(
 ) -> None:
     kept = keep(drawn, **changes)
     with pytest.raises(ExperimentError, match=f"{kept.name} is not of this experiment: .*{told}"):
-        rows_of(drawn, Agenda(drawn))
+        rows_of(drawn, ExperimentPlan(drawn))
     with pytest.raises(ExperimentError, match=told):
-        Agenda(drawn).left()
-    assert kept.stem in [task.name for task in Agenda(drawn).left(overwrite=True).scorings]
+        ExperimentPlan(drawn).left()
+    assert kept.stem in [job.name for job in ExperimentPlan(drawn).left(overwrite=True).scorings]
 
 
 def test_settings_that_are_asked_for_must_be_those_of_the_result(
@@ -122,23 +102,27 @@ def test_settings_that_are_asked_for_must_be_those_of_the_result(
     cell = {"controller": "real_d", "condition": "OM", "settings": {"planner": {"depth": 4}}}
     spec = read_spec(write_spec(cells=[cell]))
     spec.results_folder.mkdir()
-    list(Agenda(spec).draw_goals())
+    list(ExperimentPlan(spec).draw_goals())
     keep(spec, settings={"planner": {"depth": 4, "more": 1}})
-    assert rows_of(spec, Agenda(spec))[0].seeds == (0,)
+    assert rows_of(spec, ExperimentPlan(spec))[0].seeds == (0,)
     keep(spec, settings={"planner": {"depth": 10}})
     with pytest.raises(ExperimentError, match="settings"):
-        rows_of(spec, Agenda(spec))
+        rows_of(spec, ExperimentPlan(spec))
 
 
 @pytest.mark.parametrize(
     ("changes", "what"),
-    [({"scene_sha256": "8" * 64}, "scenes"), ({"settings": {"depth": 3}}, "settings")],
+    [
+        ({"scene_sha256": "8" * 64}, "scenes"),
+        ({"settings": {"depth": 3}}, "settings"),
+        ({"control_version": 2}, "versions of its control"),
+    ],
 )
 def test_what_differs_is_never_averaged(drawn: Spec, changes: dict[str, Any], what: str) -> None:
     keep(drawn, repeat=0)
     keep(drawn, repeat=1, **changes)
     with pytest.raises(ExperimentError, match=f"different {what}, which are never averaged"):
-        rows_of(drawn, Agenda(drawn))
+        rows_of(drawn, ExperimentPlan(drawn))
 
 
 def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
@@ -148,13 +132,13 @@ def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
     (tmp_path / "mine.py").write_text(code)
     spec = read_spec(write_spec(cells=[{"controller": "mine.py", "condition": "OM"}]))
     spec.results_folder.mkdir()
-    list(Agenda(spec).draw_goals())
-    sha256 = source_sha256(find_controller(str(tmp_path / "mine.py")))
+    list(ExperimentPlan(spec).draw_goals())
+    sha256 = ControllerSource.of(str(tmp_path / "mine.py")).code_sha256
     keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
-    assert rows_of(spec, Agenda(spec))[0].seeds == (0,)
+    assert rows_of(spec, ExperimentPlan(spec))[0].seeds == (0,)
     (tmp_path / "mine.py").write_text(code + "# better\n")
-    with pytest.raises(ExperimentError, match=r"mine\.py as it was before it was changed"):
-        rows_of(spec, Agenda(spec))
+    with pytest.raises(ExperimentError, match=r"mine\.py, or what lies beside it, as it was"):
+        rows_of(spec, ExperimentPlan(spec))
 
 
 def test_other_goals_under_the_same_name_are_noticed(drawn: Spec, builtin_scene: Scene) -> None:
@@ -162,14 +146,14 @@ def test_other_goals_under_the_same_name_are_noticed(drawn: Spec, builtin_scene:
     other = generate_goal_set(builtin_scene, 1, seed=6, counts={"2D": 2})
     save_goal_set(other, drawn.goal_file("few", 1))
     with pytest.raises(ExperimentError, match="other goals"):
-        rows_of(drawn, Agenda(drawn))
+        rows_of(drawn, ExperimentPlan(drawn))
 
 
 def test_every_form_holds_every_row(drawn: Spec) -> None:
     keep(drawn, repeat=0)
     keep(drawn, repeat=1)
-    rows = rows_of(drawn, Agenda(drawn))
-    mean = rows[0].summary.mean if rows[0].summary else 0
+    rows = rows_of(drawn, ExperimentPlan(drawn))
+    mean = rows[0].summary.score.mean if rows[0].summary else 0
     markdown, latex = markdown_table(drawn, rows), latex_table(drawn, rows)
     for text in (markdown, latex):
         assert f"{mean:.3f}" in text
@@ -179,21 +163,21 @@ def test_every_form_holds_every_row(drawn: Spec) -> None:
     assert latex.count(r"\\") == 4
     assert "±" not in latex
     told = json.loads(json.dumps(json_table(drawn, rows)))
-    assert told["rows"][0]["summary"]["mean"] == mean
+    assert told["rows"][0]["summary"]["metrics"]["score"]["mean"] == mean
     assert told["rows"][0]["published"]["standard_error"] == 0.002
     assert told["rows"][1]["summary"] is None
 
 
 def test_a_play_that_was_killed_at_once_is_unfinished_and_nothing_else(drawn: Spec) -> None:
-    task = Agenda(drawn).left().plays[0]
+    job = ExperimentPlan(drawn).left().plays[0]
     phase = IntrinsicPhase(
-        "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 3000, 0, task.out
+        "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 3000, 0, job.out
     )
-    header = phase._header(LocalHost().identity("real_r", {}))
+    header = phase._header(LocalBackend().identity("real_r", {}))
     camera = phase.scene.manifest.camera
-    with Recorder.begin(task.out, header, 4, 3000, camera, overwrite=False):
-        assert state_of(task) == State("unfinished")
-    assert task.name in [play.name for play in Agenda(drawn).left().plays]
+    with Recorder.begin(job.out, header, 4, 3000, camera, overwrite=False):
+        assert state_of(job) == JobState("unfinished")
+    assert job.name in [play.name for play in ExperimentPlan(drawn).left().plays]
 
 
 @pytest.mark.parametrize(
@@ -204,10 +188,33 @@ def test_a_play_of_another_experiment_is_refused(
     drawn: Spec, write_spec: WriteSpec, changes: dict[str, Any], told: str
 ) -> None:
     plan = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
-    out = Agenda(drawn).left().plays[0].out
+    out = ExperimentPlan(drawn).left().plays[0].out
     realbench(drawn.folder, "intrinsic", *plan, "--steps", "3000", "--out", out)
     other = read_spec(write_spec(**changes))
     if "seed" in changes:
         out.rename(out.with_name("random-1-seed1.h5"))
     with pytest.raises(ExperimentError, match=told):
-        Agenda(other).left()
+        ExperimentPlan(other).left()
+
+
+def test_other_lengths_and_goals_are_marked_beside_a_published_number(
+    drawn: Spec, write_spec: WriteSpec
+) -> None:
+    keep(drawn, repeat=0)
+    rows = rows_of(drawn, ExperimentPlan(drawn))
+    assert rows[0].unlike_published == (
+        "goals of other classes than 25 2D, 15 2.5D, 10 3D",
+        "3,000 steps of play instead of 15,000,000",
+        "trials of 2,000 steps instead of 10,000",
+    )
+    assert rows[1].unlike_published == ()  # there is nothing published beside it
+    page = markdown_table(drawn, rows)
+    assert re.search(r"\| 0\.021 ± 0\.002† +\| \+0\.\d{3}\*† +\|\n", page)
+    assert "† not what was published: 3,000 steps of play instead of 15,000,000" in page
+    assert "†" not in "".join(cells(rows[1]))
+
+
+def test_a_part_is_no_repeat_and_the_test_goes_on(drawn: Spec) -> None:
+    keep(drawn, n_trials=1, goal_numbers=(0,))
+    assert rows_of(drawn, ExperimentPlan(drawn))[0].seeds == ()
+    assert "real_r-OM-1-seed0-few" in [job.name for job in ExperimentPlan(drawn).left().scorings]

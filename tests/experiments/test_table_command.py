@@ -109,7 +109,7 @@ def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: 
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py does not exist"),
+        ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py"),
         ({"cells": [{"controller": "real_q", "condition": "OM"}]}, "unknown controller 'real_q'"),
         ({"goals": {"few": "shipped"}}, "the goals were made in scene official"),
     ],
@@ -123,7 +123,7 @@ def test_mistakes_are_told_before_any_work(
 
 
 def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
-    from real_bench.files import write_lock
+    from real_bench.locks import write_lock
 
     path = write_spec()
     (tmp_path / "results").mkdir()
@@ -138,3 +138,72 @@ def test_a_scheduler_that_is_not_there_is_told(
 ) -> None:
     done = realbench(tmp_path, "table", write_spec(), "--scheduler", scheduler, code=1)
     assert f"no Dask scheduler answers at {scheduler}" in done.stderr
+
+
+THRESHOLDS = """
+title: written as people write
+results: results
+scene: builtin
+steps: 1000
+trial_steps: 500
+goals: {few: {seed: 5, counts: {2D: 1}}}
+cells:
+- {controller: real_t, condition: OM, settings: {thresholds: [2e-2, "4e-2"]}}
+- {controller: mine.py, condition: OM, play: none, settings: {steps: "50", deep: {on: "yes"}}}
+"""
+MINE = """
+from real_bench.actions import Action
+from real_bench.controller import Controller
+from real_bench.settings import Settings
+
+class Deep(Settings):
+    on: bool = False
+
+class MySettings(Settings):
+    steps: int = 1
+    deep: Deep = Deep()
+
+class Mine(Controller):
+    Settings = MySettings
+    def __init__(self, action_space, observation_space, settings):
+        super().__init__(action_space, observation_space)
+    def next_action(self, observation):
+        return Action.macro([[-0.1, 0.2], [-0.1, -0.2]])
+"""
+
+
+def test_settings_are_compared_as_their_controllers_read_them(tmp_path: Path) -> None:
+    """The work is done once, its table is printed, and there is nothing left to do."""
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "x.yaml").write_text(THRESHOLDS)
+    done = realbench(tmp_path, "table", "x.yaml", "--json", "--jobs", "2")
+    rows = json.loads(done.stdout)["rows"]
+    assert [row["seeds_done"] for row in rows] == [[0], [0]]
+    again = realbench(tmp_path, "table", "x.yaml", "--json")
+    assert json.loads(again.stdout)["rows"] == rows
+    assert "to do" not in again.stderr
+    changed = THRESHOLDS.replace('"50"', '"51"')
+    (tmp_path / "x.yaml").write_text(changed)
+    other = realbench(tmp_path, "table", "x.yaml", "--no-run", code=1)
+    assert "is not of this experiment: settings" in other.stderr
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"thresholds": ["low", "high"]}, "bad settings: thresholds.0: "),
+        ({"treshold": 1}, "bad settings: treshold: "),
+    ],
+)
+def test_settings_are_checked_before_any_work(
+    write_spec: WriteSpec, tmp_path: Path, settings: dict[str, Any], told: str
+) -> None:
+    cells = [
+        {"controller": "real_r", "condition": "OM"},
+        {"controller": "real_t", "condition": "OM", "settings": settings},
+    ]
+    done = realbench(tmp_path, "table", write_spec(cells=cells), code=1)
+    assert told in done.stderr
+    assert "to do" not in done.stderr
+    assert "drawing" not in done.stderr
+    assert not list((tmp_path / "results").glob("[!.]*"))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.conditions import Condition
-from real_bench.figures import Asked, Material, Play, Tested, play_labels, read_play, read_tested
+from real_bench.figures import Asked, FigureData, Play, Tested, play_labels, read_play, read_tested
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.scoring.result import Result
 from real_bench.simulation import load_scene
@@ -45,9 +45,9 @@ def read(*paths: Path, asked: Asked = ASKED) -> tuple[Play, ...]:
     return tuple(read_play(path, label, asked) for path, label in zip(paths, labels, strict=True))
 
 
-def only(material: Material, *names: str) -> Material:
+def only(material: FigureData, *names: str) -> FigureData:
     """The recordings of these files, without results."""
-    return Material(tuple(play for play in material.plays if Path(play.file).stem in names))
+    return FigureData(tuple(play for play in material.plays if Path(play.file).stem in names))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.figures import Material
+from real_bench.figures import FigureData
 from tests.figures.bench import FEW_STEPS, REST, Test, made_up, read, record, reread
 
 
@@ -22,7 +22,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def material(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Material:
+def material(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> FigureData:
     """All of these, and results of three tests, one of them repeated, one after less play."""
     results = (
         made_up(Test(), [0.0, 0.05, 0.1, 0.2]),
@@ -32,4 +32,4 @@ def material(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Material
         made_up(Test(run_steps=1_000_000), [0.2, 0.2, 0.4, 0.4]),
     )
     paths = [folder / f"{name}.h5" for name in ("pushed", "learned", "one", "still", "two")]
-    return Material(read(*paths), reread(tmp_path_factory.mktemp("results"), *results))
+    return FigureData(read(*paths), reread(tmp_path_factory.mktemp("results"), *results))

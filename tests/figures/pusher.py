@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from real_bench.actions import Action
-from real_bench.controller import Controller, State
+from real_bench.controller import Controller, ControllerState
 
 
 class Pusher(Controller):
@@ -17,8 +17,8 @@ class Pusher(Controller):
         side = (-1) ** self.n_actions
         return Action.macro([(-0.1, 0.35 * side), (-0.1, -0.02 * self.n_actions * side)])
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         return {"n_actions": self.n_actions}
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         self.n_actions = state["n_actions"]

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.text import Text
 from PIL import Image
 
-from real_bench.figures import FIGURES, Drawing, FigureKind, Material
+from real_bench.figures import FIGURES, Drawing, FigureData, FigureKind
 from real_bench.figures.style import COLUMN_CM, DOTS_AN_INCH, PAGE_CM, in_style, sign
 from tests.figures.bench import only
 
@@ -21,7 +21,7 @@ INCH_CM = 2.54
 kinds = pytest.mark.parametrize("kind", FIGURES, ids=lambda kind: kind.name)
 
 
-def draw(kind: FigureKind, material: Material) -> Drawing:
+def draw(kind: FigureKind, material: FigureData) -> Drawing:
     drawing = kind.draw(material)
     assert drawing is not None
     return drawing
@@ -35,13 +35,13 @@ class Printed:
 
 
 @pytest.fixture(scope="module")
-def some(material: Material) -> Material:
+def some(material: FigureData) -> FigureData:
     """Two recordings and all results: small multiples, and lines together."""
-    return Material(only(material, "pushed", "two").plays, material.tested)
+    return FigureData(only(material, "pushed", "two").plays, material.tested)
 
 
 @pytest.fixture(scope="module")
-def printed(some: Material) -> dict[str, Printed]:
+def printed(some: FigureData) -> dict[str, Printed]:
     drawings = {kind.name: draw(kind, some) for kind in FIGURES}
     return {name: Printed(one, one.png(), one.svg()) for name, one in drawings.items()}
 
@@ -64,7 +64,7 @@ def test_a_drawing_for_print_is_svg(kind: FigureKind, printed: dict[str, Printed
 
 @kinds
 def test_the_same_input_gives_the_same_bytes(
-    kind: FigureKind, some: Material, printed: dict[str, Printed]
+    kind: FigureKind, some: FigureData, printed: dict[str, Printed]
 ) -> None:
     again, before = draw(kind, some), printed[kind.name]
     assert again.svg() == before.svg == before.drawing.svg()  # in another order than before
@@ -75,9 +75,9 @@ def test_the_same_input_gives_the_same_bytes(
 @kinds
 @pytest.mark.parametrize("names", [("pushed",), ("pushed", "learned", "one", "still", "two")])
 def test_nothing_is_cut_or_too_small_to_read(
-    kind: FigureKind, material: Material, names: tuple[str, ...]
+    kind: FigureKind, material: FigureData, names: tuple[str, ...]
 ) -> None:
-    figure = draw(kind, Material(only(material, *names).plays, material.tested)).figure
+    figure = draw(kind, FigureData(only(material, *names).plays, material.tested)).figure
     with in_style():
         figure.draw_without_rendering()
         drawn = figure.get_tightbbox()
@@ -100,12 +100,12 @@ def test_numbers_stand_beside(kind: FigureKind, printed: dict[str, Printed]) -> 
 
 @kinds
 def test_without_anything_nothing_is_drawn(kind: FigureKind) -> None:
-    assert kind.draw(Material()) is None
+    assert kind.draw(FigureData()) is None
     assert kind.needs
 
 
 def test_what_the_user_has_set_for_matplotlib_does_not_matter(
-    some: Material, printed: dict[str, Printed]
+    some: FigureData, printed: dict[str, Printed]
 ) -> None:
     (kind,) = (kind for kind in FIGURES if kind.name == "displacements")
     with mpl.rc_context({"font.size": 30, "axes.facecolor": "red"}):

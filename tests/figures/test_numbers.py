@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 
 from real_bench import analysis
 from real_bench.errors import RealBenchError
-from real_bench.figures import FIGURES, Asked, Material, Numbers, Play, facts
-from real_bench.scoring.statistics import mean_interval
+from real_bench.figures import FIGURES, Asked, FigureData, Numbers, Play, facts
+from real_bench.scoring.statistics import goals_interval
 from tests.figures.bench import Test, made_up, only, reread
 
 DRAW = {kind.name: kind.draw for kind in FIGURES}
 
 
-def numbers(name: str, material: Material) -> dict[str, NDArray[np.generic]]:
+def numbers(name: str, material: FigureData) -> dict[str, NDArray[np.generic]]:
     drawing = DRAW[name](material)
     assert drawing is not None
     return {column: np.array(values) for column, values in drawing.numbers.columns.items()}
 
 
-def play(material: Material, name: str) -> Play:
+def play(material: FigureData, name: str) -> Play:
     return only(material, name).plays[0]
 
 
 @pytest.mark.parametrize("name", ["effective-actions", "effective-actions-latent"])
-def test_effective_actions(material: Material, name: str) -> None:
+def test_effective_actions(material: FigureData, name: str) -> None:
     pushed = play(material, "pushed")
     assert pushed.sight is not None
     triplets = pushed.places if name == "effective-actions" else pushed.sight.codes
@@ -44,13 +44,13 @@ def test_effective_actions(material: Material, name: str) -> None:
     np.testing.assert_allclose(thresholds, scale * abstraction.thresholds)
 
 
-def test_every_object_has_its_thresholds(material: Material) -> None:
+def test_every_object_has_its_thresholds(material: FigureData) -> None:
     told = numbers("effective-actions", only(material, "two"))
     assert set(told["variable"]) == {"cube x", "cube y", "tomato x", "tomato y"}
 
 
 @pytest.mark.parametrize("name", ["latent-distances", "latent-distances-near"])
-def test_every_pair_is_in_one_bin(material: Material, name: str) -> None:
+def test_every_pair_is_in_one_bin(material: FigureData, name: str) -> None:
     pushed = play(material, "pushed")
     assert pushed.sight is not None
     pairs = pushed.sight.pairs
@@ -67,7 +67,7 @@ def test_every_pair_is_in_one_bin(material: Material, name: str) -> None:
         assert told["pairs"][row] == inside.sum()
 
 
-def test_lengths_of_actions(material: Material) -> None:
+def test_lengths_of_actions(material: FigureData) -> None:
     lengths = analysis.action_lengths(play(material, "pushed").displacements)
     assert len(lengths) > 2
     told = numbers("action-lengths", only(material, "pushed"))
@@ -76,20 +76,20 @@ def test_lengths_of_actions(material: Material) -> None:
     assert told["actions"].sum() == len(lengths)
 
 
-def test_displacements_by_period(material: Material) -> None:
+def test_displacements_by_period(material: FigureData) -> None:
     pushed = play(material, "pushed")
     long = replace(
         pushed,
         displacements=np.tile(pushed.displacements, (150, 1)),
         ended_at=1000 * np.arange(1, 150 * len(pushed.displacements) + 1),
     )
-    told = numbers("displacements", Material((long,)))
+    told = numbers("displacements", FigureData((long,)))
     assert told["displacements"].tolist() == analysis.moves_by_period(long.displacements).tolist()
     assert told["actions"].tolist() == [500, 250]
     assert told["until_step"].tolist() == [500_000, 750_000]
 
 
-def test_scores_of_goals_are_means_of_repeated_tests(material: Material) -> None:
+def test_scores_of_goals_are_means_of_repeated_tests(material: FigureData) -> None:
     told = numbers("score-by-goal", material)
     who = np.char.add(told["controller"], told["condition"])
     assert set(who) == {"REAL-LDIM", "REAL-LDIJ", "REAL-DOM"}
@@ -102,20 +102,21 @@ def test_scores_of_goals_are_means_of_repeated_tests(material: Material) -> None
     assert told["class"][rows].tolist() == ["2D", "2D", "2.5D", "3D"]
 
 
-def test_score_by_length(material: Material) -> None:
+def test_score_by_length(material: FigureData) -> None:
     told = numbers("score-by-length", material)
     assert set(told["condition"]) == {"IM"}  # the others were tested after one length only
     results = [material.tested[i].result for i in (4, 0, 1)]
     lengths, means = analysis.score_by_length(results)
     assert told["run_steps"].tolist() == lengths.tolist() == [1_000_000, 15_000_000]
     np.testing.assert_allclose(told["score"], means)
-    interval = mean_interval(analysis.scores_by_goal(results[1:])[1])
+    classes, by_goal = analysis.scores_by_goal(results[1:])
+    interval = goals_interval(by_goal, classes)
     assert interval is not None
     assert told["interval_low"][1] == interval.low
     assert told["interval_high"][1] == interval.high
 
 
-def test_coverage_counts_every_state(material: Material) -> None:
+def test_coverage_counts_every_state(material: FigureData) -> None:
     told = numbers("coverage", only(material, "two"))
     two = play(material, "two")
     for number, name in enumerate(two.header.object_names):
@@ -127,7 +128,7 @@ def test_coverage_counts_every_state(material: Material) -> None:
         assert (rows & here).sum() == 1
 
 
-def test_single_numbers(material: Material) -> None:
+def test_single_numbers(material: FigureData) -> None:
     told = facts(material, Asked(seed=0))
     pushed, learned, one, still, two = told["recordings"]
     real = play(material, "pushed")
@@ -158,6 +159,6 @@ def test_a_goal_that_no_result_is_of_is_not_made_up(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
     folder = tmp_path_factory.mktemp("one")
-    told = numbers("score-by-goal", Material((), reread(folder, made_up(Test(), [0.1]))))
+    told = numbers("score-by-goal", FigureData((), reread(folder, made_up(Test(), [0.1]))))
     assert told["goal"].tolist() == [0]
     assert told["score"].tolist() == pytest.approx([0.25])

@@ -12,7 +12,7 @@ from real_bench.errors import RealBenchError
 from real_bench.figures import (
     FIGURES,
     Asked,
-    Material,
+    FigureData,
     check_same_goals,
     play_labels,
     read_play,
@@ -25,48 +25,48 @@ LATENT = {"effective-actions-latent", "latent-distances", "latent-distances-near
 SCORES = {"score-by-goal", "score-by-length"}
 
 
-def drawn(material: Material) -> set[str]:
+def drawn(material: FigureData) -> set[str]:
     return {kind.name for kind in FIGURES if kind.draw(material) is not None}
 
 
-def test_all_is_drawn_where_all_is_there(material: Material) -> None:
-    assert drawn(Material(only(material, "pushed").plays, material.tested)) == ALL
+def test_all_is_drawn_where_all_is_there(material: FigureData) -> None:
+    assert drawn(FigureData(only(material, "pushed").plays, material.tested)) == ALL
 
 
 @pytest.mark.parametrize("name", ["one", "two"])
-def test_without_images_positions_are_drawn(material: Material, name: str) -> None:
+def test_without_images_positions_are_drawn(material: FigureData, name: str) -> None:
     assert drawn(only(material, name)) == ALL - LATENT - SCORES
 
 
-def test_where_nothing_moved_no_lengths_are_drawn(material: Material) -> None:
+def test_where_nothing_moved_no_lengths_are_drawn(material: FigureData) -> None:
     (still,) = only(material, "still").plays
     nothing = replace(still, displacements=np.zeros_like(still.displacements))
-    assert "action-lengths" not in drawn(Material((nothing,)))
+    assert "action-lengths" not in drawn(FigureData((nothing,)))
 
 
-def test_pairs_that_are_all_alike_have_no_correlation(material: Material) -> None:
+def test_pairs_that_are_all_alike_have_no_correlation(material: FigureData) -> None:
     (still,) = only(material, "still").plays
     assert still.sight is not None
     alike = replace(still.sight.pairs, real=np.zeros_like(still.sight.pairs.real))
-    nothing = Material((replace(still, sight=replace(still.sight, pairs=alike)),))
+    nothing = FigureData((replace(still, sight=replace(still.sight, pairs=alike)),))
     assert drawn(nothing) & LATENT == LATENT - {"latent-distances-near"}
 
 
 def test_without_a_whole_action_nothing_is_drawn(folder: Path) -> None:
     plays = read(folder / "pushed.h5", asked=Asked(FEW_STEPS, run_steps=999))
-    assert drawn(Material(plays)) == set()
+    assert drawn(FigureData(plays)) == set()
 
 
-def test_only_the_first_steps_count(folder: Path, material: Material) -> None:
+def test_only_the_first_steps_count(folder: Path, material: FigureData) -> None:
     (short,) = read(folder / "two.h5", asked=Asked(run_steps=2000))
     (whole,) = only(material, "two").plays
     assert short.ended_at.tolist() == whole.ended_at[: len(short.ended_at)].tolist()
     assert len(short.ended_at) == len(short.displacements) < len(whole.ended_at)
 
 
-def test_a_scene_that_is_gone_takes_only_coverage_with_it(material: Material) -> None:
+def test_a_scene_that_is_gone_takes_only_coverage_with_it(material: FigureData) -> None:
     (pushed,) = only(material, "pushed").plays
-    assert drawn(Material((replace(pushed, region=None),))) == ALL - SCORES - {"coverage"}
+    assert drawn(FigureData((replace(pushed, region=None),))) == ALL - SCORES - {"coverage"}
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_tests_are_told_apart_by_what_differs(tmp_path: Path) -> None:
         made_up(Test("mine.py:Mine", run="9" * 64), [0.1]),
         made_up(Test("mine.py:Mine"), [0.1]),
     )
-    labels = [(one.controller, len(one.results)) for one in Material((), results).series]
+    labels = [(one.controller, len(one.results)) for one in FigureData((), results).series]
     assert labels == [
         ("REAL-LD, vae.weight=1", 1),
         ("REAL-LD, vae.weight=2", 1),
@@ -132,9 +132,9 @@ def test_who_played_is_told_where_it_is_known(folder: Path, tmp_path: Path) -> N
     plays = read(folder / "one.h5", folder / "two.h5", asked=ASKED)
     runs = [play.sha256 for play in plays]
     results = reread(tmp_path, *(made_up(Test(run=run), [0.1]) for run in runs))
-    told = [one.controller for one in Material(plays, results).series]
+    told = [one.controller for one in FigureData(plays, results).series]
     assert told == ["REAL-LD, play of pusher", "REAL-LD"]  # REAL-R plays as REAL-LD does
-    assert [len(one.results) for one in Material((), results).series] == [2]
+    assert [len(one.results) for one in FigureData((), results).series] == [2]
 
 
 def test_a_result_is_read_whole_or_not_at_all(tmp_path: Path) -> None:

@@ -23,11 +23,11 @@ Play = Callable[..., Path]
 MakePlan = Callable[..., TrialPlan]
 FaceGoals = Callable[..., Result]
 
-GUESTS = Path(__file__).parent / "guests"
+GUESTS = Path(__file__).parent / "controllers"
 
 
-def guest(name: str) -> str:
-    """A controller of the folder ``guests``, such as ``series:Macros``."""
+def toy(name: str) -> str:
+    """A controller of the folder ``controllers``, such as ``series:Macros``."""
     file, _, kind = name.partition(":")
     return f"{GUESTS / file}.py:{kind}"
 

@@ -19,7 +19,7 @@ from real_bench.phases.trial import TrialMaker
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from real_bench.task import Task
-from tests.phases.conftest import FaceGoals, MakePlan, Play, guest
+from tests.phases.conftest import FaceGoals, MakePlan, Play, toy
 from tests.recording.bench import SCENE, ignore, realbench, run, start, wait_for, wait_until
 
 LINUX = pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks for processes in /proc")
@@ -34,7 +34,7 @@ def scores(path: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("controller", "condition"),
-    [("real_r", "IM"), (guest("tested:Changes"), "OM"), (guest("tested:GlobalRandomness"), "OJ")],
+    [("real_r", "IM"), (toy("tested:Changes"), "OM"), (toy("tested:GlobalRandomness"), "OJ")],
 )
 def test_two_processes_give_what_one_gives(
     face_goals: FaceGoals, controller: str, condition: str
@@ -50,7 +50,7 @@ def test_another_seed_gives_another_test(face_goals: FaceGoals) -> None:
 
 
 def test_trials_are_independent_of_their_order(face_goals: FaceGoals, make_plan: MakePlan) -> None:
-    controller = guest("tested:Changes")
+    controller = toy("tested:Changes")
     in_order = face_goals(controller).trials
     maker = TrialMaker(make_plan(controller))
     assert [maker.make(number)[0] for number in (3, 0, 3, 2)] == [
@@ -60,9 +60,9 @@ def test_trials_are_independent_of_their_order(face_goals: FaceGoals, make_plan:
 
 
 def test_a_controller_that_learns_meets_the_goals_in_order(face_goals: FaceGoals) -> None:
-    learned = [face_goals(guest("tested:Learns"), jobs=jobs, out=f"{jobs}") for jobs in (1, 2)]
+    learned = [face_goals(toy("tested:Learns"), jobs=jobs, out=f"{jobs}") for jobs in (1, 2)]
     assert scores(Path("1")) == scores(Path("2"))
-    fresh = face_goals(guest("tested:Changes"), out="fresh")
+    fresh = face_goals(toy("tested:Changes"), out="fresh")
     assert len({trial.actions_sha256 for trial in learned[0].trials}) == 4
     assert learned[0].trials[0] == fresh.trials[0]
 
@@ -70,12 +70,12 @@ def test_a_controller_that_learns_meets_the_goals_in_order(face_goals: FaceGoals
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_that_a_controller_learns_must_be_known_before(face_goals: FaceGoals, jobs: int) -> None:
     with pytest.raises(ControllerError, match="on the class"):
-        face_goals(guest("tested:SaysThatItLearns"), jobs=jobs, n_trials=2)
+        face_goals(toy("tested:SaysThatItLearns"), jobs=jobs, n_trials=2)
 
 
 def test_a_state_is_given_only_to_its_maker(play: Play, face_goals: FaceGoals) -> None:
-    run = play(guest("series:Macros"), 2000)
-    other = guest("series:StepMacros")
+    run = play(toy("series:Macros"), 2000)
+    other = toy("series:StepMacros")
     alone = face_goals(other, n_trials=1, trial_steps=100, out="alone.json")
     assert face_goals(other, run=run, n_trials=1, trial_steps=100).trials == alone.trials
 
@@ -92,11 +92,11 @@ def test_scores_follow_from_where_the_objects_ended(face_goals: FaceGoals, goals
 def test_a_controller_handed_over_is_tested_as_one_from_the_file(
     play: Play, face_goals: FaceGoals, make_plan: MakePlan, scene: Scene
 ) -> None:
-    controller, out = guest("series:Macros"), Path("handed.h5")
+    controller, out = toy("series:Macros"), Path("handed.h5")
     phase = IntrinsicPhase(controller, Condition.parse("OM"), 1, scene, 3000, seed=0, out=out)
     player = phase.run(ignore)
     plan = make_plan(controller, run=out)
-    handed = ExtrinsicPhase(plan, 4, Path("handed.json")).run(ignore, guest=player)
+    handed = ExtrinsicPhase(plan, 4, Path("handed.json")).run(ignore, proxy=player)
     read = face_goals(controller, run=out)
     assert handed.trials == read.trials
     assert (
@@ -127,7 +127,7 @@ def test_what_cannot_be_tested_is_refused(
 @pytest.mark.parametrize(
     ("field", "change"),
     [
-        ("controller", {"controller": guest("tested:Changes")}),
+        ("controller", {"controller": toy("tested:Changes")}),
         ("seed", {"seed": 1}),
         ("trial_steps", {"trial_steps": 900}),
         ("condition", {"condition": "IM"}),
@@ -153,9 +153,24 @@ def test_a_test_can_be_given_more_trials_but_not_fewer(face_goals: FaceGoals) ->
         face_goals("real_r", n_trials=3, trial_steps=500, resume=True)
 
 
+def test_a_part_is_of_all_classes_and_goes_on(face_goals: FaceGoals, goals: GoalSet) -> None:
+    """A test of two goals, resumed to three of the same set, is a test of three."""
+    assert goals.classes == ("2D", "2D", "2.5D", "3D")
+    two = face_goals("real_r", n_trials=2, trial_steps=300)
+    assert two.setting.goal_numbers == tuple(trial.goal for trial in two.trials) == (0, 2)
+    assert (two.setting.n_goals, two.is_finished, two.is_complete) == (4, True, False)
+    assert two.share == "2 of 4 goals"
+    three = face_goals("real_r", n_trials=3, trial_steps=300, resume=True)
+    assert three.setting.goal_numbers == (0, 2, 3)
+    assert three.trials[:2] == two.trials
+    anew = face_goals("real_r", n_trials=3, trial_steps=300, out="anew.json")
+    assert three.trials == anew.trials
+    assert scores(Path("score.json")) == scores(Path("anew.json"))
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_a_fault_in_a_trial_keeps_the_trials_before(face_goals: FaceGoals, jobs: int) -> None:
-    controller = guest("tested:FailsOnce")
+    controller = toy("tested:FailsOnce")
     with pytest.raises(ControllerError, match=r"tested\.py, line \d+: ValueError: no idea"):
         face_goals(controller, jobs=jobs)
     kept = load_result(Path("score.json"))
@@ -182,7 +197,7 @@ def test_physics_that_explodes_is_told_with_its_goal(
 
 
 def test_what_was_learned_in_trials_cannot_go_on(face_goals: FaceGoals) -> None:
-    controller = guest("tested:Learns")
+    controller = toy("tested:Learns")
     result = face_goals(controller)
     cut = result.model_copy(update={"trials": result.trials[:2], "seconds": {}})
     cut.save(Path("score.json"))
@@ -191,7 +206,7 @@ def test_what_was_learned_in_trials_cannot_go_on(face_goals: FaceGoals) -> None:
 
 
 def command(goals_path: Path, jobs: int, controller: str = "tested:Waits") -> list[str]:
-    test = ("extrinsic", "--controller", guest(controller), "--condition", "OM", "--scene", SCENE)
+    test = ("extrinsic", "--controller", toy(controller), "--condition", "OM", "--scene", SCENE)
     return realbench(*test, "--goals", goals_path, "--jobs", jobs, "--resume", eager=True)
 
 
@@ -236,7 +251,8 @@ def test_a_test_that_is_stopped_says_how_to_go_on(
         assert scores(tmp_path / "score.json") == scores(uninterrupted)
         return
     assert process.returncode == 130
-    assert message.count("\n") == 1
+    controller, message = message.splitlines()
+    assert controller.startswith("controller: class Waits of ")
     assert "--resume" in message
     check_that_it_goes_on(goals_path, uninterrupted, tmp_path)
 
@@ -253,7 +269,8 @@ def test_a_test_can_be_stopped_while_its_workers_start(goals_path: Path, tmp_pat
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 130
-    assert message.count("\n") == 1
+    controller, message = message.splitlines()
+    assert controller.startswith("controller: class Waits of ")
     assert "--resume" in message
 
 
@@ -282,7 +299,7 @@ def test_a_worker_that_dies_is_told_and_finished_trials_are_kept(
 ) -> None:
     died = run(command(goals_path, jobs=2, controller="tested:Dies"), tmp_path)
     assert died.returncode == 1
-    assert died.stderr.startswith("realbench: error: a worker process died")
+    assert died.stderr.splitlines()[1].startswith("realbench: error: a worker process died")
     assert died.stderr.count("\n") == 1
     assert "--resume" in died.stderr
     assert 0 < n_tested(tmp_path / "score.json") < 4

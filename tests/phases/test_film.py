@@ -5,10 +5,15 @@ from pathlib import Path
 
 import av
 import numpy as np
+import pytest
 from PIL import Image
 
+from real_bench.errors import RealBenchError
+from real_bench.files import OutputError
 from real_bench.goal_sets import GoalSet
+from real_bench.phases import film
 from real_bench.phases.film import STEPS_A_FRAME
+from real_bench.phases.trial import TrialMaker
 from tests.phases.conftest import FaceGoals
 from tests.recording.bench import SCENE, realbench, start
 
@@ -21,7 +26,7 @@ def test_filming_and_drawing_change_no_score(face_goals: FaceGoals, goals: GoalS
     plain = face_goals("real_r", n_trials=2, trial_steps=TRIAL_STEPS, out="plain.json")
     assert filmed.trials == plain.trials
     height, width = goals.goals[0].mask.shape
-    for number in range(2):
+    for number in filmed.setting.goal_numbers:
         check_film(Path("films") / f"trial-{number:02d}.mp4", goals.goals[number].retina)
         with Image.open(Path("pictures") / f"trial-{number:02d}.png") as picture:
             picture.load()
@@ -30,10 +35,10 @@ def test_filming_and_drawing_change_no_score(face_goals: FaceGoals, goals: GoalS
 
 
 def check_film(path: Path, goal: np.ndarray) -> None:
-    with av.open(str(path)) as film:
-        stream = film.streams.video[0]
+    with av.open(str(path)) as opened:
+        stream = opened.streams.video[0]
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
-        frames = [frame.to_ndarray(format="rgb24") for frame in film.decode(stream)]
+        frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(stream)]
     assert len(frames) == 1 + TRIAL_STEPS // STEPS_A_FRAME
     assert all(frame.shape == (goal.shape[0], 2 * goal.shape[1], 3) for frame in frames)
     beside = frames[-1][:, goal.shape[1] :].astype(float)
@@ -53,3 +58,45 @@ def test_a_film_that_cannot_be_written_is_one_clear_error(goals_path: Path, tmp_
     assert process.returncode == 1
     assert message.startswith("realbench: error: cannot write")
     assert message.count("\n") == 1
+
+
+def test_a_folder_is_no_address(face_goals: FaceGoals) -> None:
+    """FFmpeg takes what stands before a colon for a protocol."""
+    folder = Path("2026-01-01T12:00:00")
+    face_goals("real_r", n_trials=1, trial_steps=100, videos=folder)
+    with av.open(f"file:{folder}/trial-00.mp4") as film:
+        assert film.streams.video
+
+
+def never(*_: object) -> None:
+    raise AssertionError("something was learned before")
+
+
+@pytest.mark.parametrize("what", ["videos", "pictures", "explanations"])
+@pytest.mark.parametrize("folder", ["/proc/nope", "taken"])
+def test_where_films_and_pictures_go_is_tried_before_any_work(
+    face_goals: FaceGoals, monkeypatch: pytest.MonkeyPatch, what: str, folder: str
+) -> None:
+    Path("taken").write_text("a file")
+    monkeypatch.setattr(TrialMaker, "__init__", never)
+    with pytest.raises(OutputError, match=f"cannot write into {folder}"):
+        face_goals("real_r", n_trials=1, **{what: Path(folder)})
+    assert not Path("score.json").exists()
+
+
+def test_an_ffmpeg_that_cannot_make_films_is_told_before_any_work(
+    face_goals: FaceGoals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(TrialMaker, "__init__", never)
+    monkeypatch.setattr(film, "CODEC", "libx265-of-another-build")
+    with pytest.raises(RealBenchError, match=r"no film can be made: .* has no libx265-of-another"):
+        face_goals("real_r", n_trials=1, videos=Path("films"))
+
+
+def test_whatever_a_film_fails_at_is_one_clear_error(
+    goals: GoalSet, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(film, "CODEC", "libx265-of-another-build")
+    with pytest.raises(RealBenchError, match=r"cannot write .*film\.mp4"):
+        film.Film(tmp_path / "film.mp4", goals.goals[0].retina)
+    assert not list(tmp_path.iterdir())

@@ -8,13 +8,13 @@ import pytest
 from real_bench.errors import RealBenchError
 from real_bench.files import OutputError
 from real_bench.recording import Recording
-from tests.phases.conftest import Play, guest
+from tests.phases.conftest import Play, toy
 
 
 @pytest.mark.parametrize("controller", ["series:Macros", "series:StepMacros"])
 @pytest.mark.parametrize("steps", [1, 999, 1000, 2345])
 def test_a_phase_lasts_exactly_as_long_as_asked(play: Play, steps: int, controller: str) -> None:
-    with Recording(play(guest(controller), steps)) as recording:
+    with Recording(play(toy(controller), steps)) as recording:
         assert recording.n_steps == recording.total_steps == steps
         assert recording.transitions["n_steps"].sum() == steps
         assert recording.commands()["n_steps"].sum() == steps
@@ -23,7 +23,7 @@ def test_a_phase_lasts_exactly_as_long_as_asked(play: Play, steps: int, controll
 
 def test_calls_at_every_step_and_whole_actions_do_the_same(play: Play) -> None:
     paths = [
-        play(guest(f"series:{kind}"), 3700, images=True, out=kind)
+        play(toy(f"series:{kind}"), 3700, images=True, out=kind)
         for kind in ("Macros", "StepMacros")
     ]
     with Recording(paths[0]) as whole, Recording(paths[1]) as stepped:
@@ -64,7 +64,7 @@ def test_images_are_recorded_in_image_conditions_or_where_asked_for(play: Play) 
 
 
 def test_the_header_says_what_was_played(play: Play) -> None:
-    controller = guest("series:Macros")
+    controller = toy("series:Macros")
     with Recording(play(controller, 1000, objects=3, seed=8)) as recording:
         header = recording.header
     assert (header.condition, header.objects, header.seed) == ("OM", 3, 8)

@@ -18,7 +18,7 @@ from real_bench.goal_sets import GoalSet
 from real_bench.recording import Recording
 from real_bench.simulation import Scene
 from real_bench.task import Task
-from tests.phases.conftest import FaceGoals, Play, guest
+from tests.phases.conftest import FaceGoals, Play, toy
 from tests.recording.bench import recorded_steps
 
 RAISE = [
@@ -60,7 +60,7 @@ def complaint(play: Play, controller: str, steps: int = 3500) -> str:
 
 @pytest.mark.parametrize("name", RAISE)
 def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: str) -> None:
-    controller = guest(f"faulty:{name}")
+    controller = toy(f"faulty:{name}")
     _, first_line = inspect.getsourcelines(find_controller(controller).go_wrong)
     file = controller.rpartition(":")[0]
     assert f"{file}, line {first_line + 1}: " in complaint(play, controller)
@@ -68,7 +68,7 @@ def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: s
 
 @pytest.mark.parametrize("name", RETURN)
 def test_what_is_no_action_is_told(play: Play, name: str) -> None:
-    told = complaint(play, guest(f"faulty:{name}"))
+    told = complaint(play, toy(f"faulty:{name}"))
     assert "returned a bad action" in told or "ActionError: a command must be finite" in told
 
 
@@ -78,7 +78,7 @@ def test_what_is_no_action_is_told(play: Play, name: str) -> None:
 def test_what_was_done_before_a_fault_is_kept_and_goes_on(
     play: Play, name: str, done: int, steps: int
 ) -> None:
-    controller = guest(f"faulty:{name}")
+    controller = toy(f"faulty:{name}")
     complaint(play, controller, steps)
     kept = recorded_steps(Path("run.h5"))
     assert 0 < kept <= done
@@ -98,13 +98,13 @@ def test_what_was_done_before_a_fault_is_kept_and_goes_on(
 )
 def test_a_state_that_is_none_is_told(play: Play, name: str) -> None:
     with pytest.raises((ControllerError, RecordingError)) as caught:
-        play(guest(f"faulty:{name}"), 1000)
+        play(toy(f"faulty:{name}"), 1000)
     assert "\n" not in str(caught.value)
     assert "controller" in str(caught.value)
 
 
 def test_a_controller_needs_nothing_but_step(play: Play) -> None:
-    with Recording(play(guest("faulty:NoBasePolicy"), 1000)) as recording:
+    with Recording(play(toy("faulty:NoBasePolicy"), 1000)) as recording:
         assert recording.n_steps == 1000
 
 
@@ -118,14 +118,15 @@ def check_calls(calls: list[dict[str, Any]]) -> None:
     observed = [call for call in calls if "keys" in call]
     assert all(call["reward"] == 0 for call in observed)
     assert all(call["done"] == call["hook"].startswith("end_") for call in observed)
-    assert all(call["in_space"] for call in observed)
-    steps = [call["sees"] for call in observed if call["hook"] == "step"]
-    assert steps == [k == 0 or k % 3 == 0 for k in range(len(steps))]
+    assert all(call["listed"] for call in observed)
+    asked = [True, *[call["asked"] for call in observed[1:]]]
+    assert [call["sees"] for call in observed] == asked
+    assert all(call["depth"] == ("float32" if call["sees"] else "float64") for call in observed)
 
 
 @pytest.mark.parametrize("condition", ["OJ", "IJ"])
 def test_an_official_controller_plays(play: Play, condition: str) -> None:
-    play(guest("official:Witness"), 8, condition=condition)
+    play(toy("official:Witness"), 8, condition=condition)
     calls = met()
     assert [call["hook"] for call in calls] == [
         "__init__",
@@ -139,18 +140,23 @@ def test_an_official_controller_plays(play: Play, condition: str) -> None:
     positions = {"mask", "goal_mask", "object_positions", "goal_positions"}
     assert official <= told
     assert told & positions == (positions if condition == "OJ" else set())
-    assert not any(call["sees_goal"] for call in calls if "keys" in call)
+    assert not any(call["sees_goal"] or call["masks_goal"] for call in calls if "keys" in call)
+    assert not any(call["goal_positions"] for call in calls if "keys" in call)
 
 
 def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:
-    face_goals(guest("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
+    tested = face_goals(toy("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
     calls = met()
-    trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial", "end_extrinsic_phase"]
-    assert [call["hook"] for call in calls] == ["__init__", "start_extrinsic_phase", *trial, *trial]
-    for number in range(2):
-        first, *rest = calls[3 + 10 * number :][:8]
+    trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial"]
+    assert [call["hook"] for call in calls] == [
+        *("__init__", "start_extrinsic_phase"),
+        *(*trial, *trial),
+        "end_extrinsic_phase",
+    ]
+    for number, trial_result in enumerate(tested.trials):
+        first, *rest = calls[3 + 9 * number :][:8]
         check_calls([first, *rest])
-        goal = goals.goals[number]
+        goal = goals.goals[trial_result.goal]
         assert {call["goal"] for call in (first, *rest)} == {sha256(goal.retina).hexdigest()}
         name = goals.object_names[0]
         np.testing.assert_allclose(first["positions"][name], goal.initial_poses[0, :3], atol=1e-9)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from real_bench.errors import ControllerError, RecordingError
 from real_bench.recording import Recording, recorder
 from real_bench.recording.writer import AppendOnlyFile
-from tests.phases.conftest import Play, guest
+from tests.phases.conftest import Play, toy
 from tests.recording.bench import SCENE, realbench, recorded_steps, run, start, wait_for
 
 PLAY = ("intrinsic", "--controller", "real_r", "--condition", "OM", "--scene", SCENE, "--resume")
@@ -76,18 +76,19 @@ def test_a_run_that_is_stopped_says_how_to_go_on(play: Play, number: signal.Sign
     process.send_signal(number)
     _, message = process.communicate()
     assert process.returncode == 130
-    assert message.count("\n") == 1
+    controller, message = message.splitlines()
+    assert controller.startswith("controller: class ")
     assert "stopped at step" in message
     assert "--resume" in message
     go_on_for(1500, play)
 
 
 def test_pressing_ctrl_c_twice_loses_no_action(play: Play, tmp_path: Path) -> None:
-    command = realbench(*PLAY, "--controller", guest("series:Impatient"), "--steps")
+    command = realbench(*PLAY, "--controller", toy("series:Impatient"), "--steps")
     assert run([*command, "20000000"], tmp_path).returncode == 130
     assert 0 < recorded_steps(tmp_path / "run.h5") <= 2000
     assert run([*command, "5000"], tmp_path).returncode == 0
-    whole = play(guest("series:Macros"), 5000, out="whole.h5")
+    whole = play(toy("series:Macros"), 5000, out="whole.h5")
     check_every_command_was_given_once(tmp_path / "run.h5", whole)
 
 
@@ -95,11 +96,11 @@ def test_pressing_ctrl_c_twice_during_a_write_loses_nothing(
     play: Play, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "SECONDS_BETWEEN_WRITES", 0.0)
-    controller = guest("series:InterruptedWhileItIsWritten")
+    controller = toy("series:InterruptedWhileItIsWritten")
     with pytest.raises(KeyboardInterrupt):
         play(controller, 4000)
     play(controller, 4000, resume=True)
-    whole = play(guest("series:Macros"), 4000, out="whole.h5")
+    whole = play(toy("series:Macros"), 4000, out="whole.h5")
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
@@ -128,11 +129,11 @@ def test_resuming_a_finished_run_changes_nothing(play: Play) -> None:
 
 
 def test_a_finished_run_can_be_made_longer(play: Play) -> None:
-    play(guest("series:Macros"), 2000)
-    with Recording(play(guest("series:Macros"), 4500, resume=True)) as recording:
+    play(toy("series:Macros"), 2000)
+    with Recording(play(toy("series:Macros"), 4500, resume=True)) as recording:
         assert recording.n_steps == recording.total_steps == 4500
         assert recording.cuts == [2000]
-    whole = play(guest("series:Macros"), 4500, out="whole.h5")
+    whole = play(toy("series:Macros"), 4500, out="whole.h5")
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
@@ -149,7 +150,7 @@ def test_a_run_cannot_be_made_shorter(play: Play) -> None:
         ("condition", "OJ"),
         ("objects", 2),
         ("seed", 1),
-        ("controller", guest("series:Macros")),
+        ("controller", toy("series:Macros")),
         ("images", True),
     ],
 )
@@ -166,30 +167,30 @@ def test_other_settings_cannot_go_on(play: Play, field: str, value: object) -> N
 
 
 def test_a_state_of_arrays_bytes_and_lists_goes_on(play: Play) -> None:
-    controller = guest("series:ManyKindsOfState")
+    controller = toy("series:ManyKindsOfState")
     for steps in (2000, 3000, 6000):
         play(controller, steps, resume=True)
     check_every_command_was_given_once(Path("run.h5"), play(controller, 6000, out="whole.h5"))
 
 
 def test_rows_and_state_stay_together_however_seldom_it_is_handed_over(play: Play) -> None:
-    controller = guest("series:SlowToHandOver")
+    controller = toy("series:SlowToHandOver")
     with pytest.raises(ControllerError, match="no idea"):
         play(controller, 8000)
     play(controller, 8000, resume=True)
-    whole = play(guest("series:Macros"), 8000, out="whole.h5")
+    whole = play(toy("series:Macros"), 8000, out="whole.h5")
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
 def test_a_controller_without_state_does_not_play_the_same_once_more(play: Play) -> None:
-    controller = guest("series:Forgetful")
+    controller = toy("series:Forgetful")
     for steps in (2000, 4000, 6000):
         path = play(controller, steps, resume=True)
     assert len(np.unique(commands(path), axis=0)) == 6
 
 
 def test_a_run_whose_end_failed_is_ended_when_it_is_resumed(play: Play) -> None:
-    controller = guest("series:FailsAtTheEnd")
+    controller = toy("series:FailsAtTheEnd")
     with pytest.raises(ControllerError, match="no room to learn"):
         play(controller, 2000)
     with Recording(play(controller, 2000, resume=True)) as recording:
@@ -198,7 +199,7 @@ def test_a_run_whose_end_failed_is_ended_when_it_is_resumed(play: Play) -> None:
 
 def test_two_processes_that_resume_at_once_do_not_mix(play: Play) -> None:
     """One of them may be refused, but no action may be recorded twice."""
-    controller = guest("series:Overtaken")
+    controller = toy("series:Overtaken")
     play(controller, 2000)
     Path("overtake").touch()
     with contextlib.suppress(RecordingError):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.files import own_folder
+from real_bench.locks import own_folder
 from real_bench.phases.workers import _do, _Here
 from tests.recording.bench import PATIENCE_S
 
@@ -51,7 +51,7 @@ def test_a_folder_of_a_process_that_was_killed_goes_with_the_next(
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     killed = (
         "import os, signal\n"
-        "from real_bench.files import own_folder\n"
+        "from real_bench.locks import own_folder\n"
         "with own_folder('mine-') as folder:\n"
         "    (folder / 'part').write_text('kept')\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -69,7 +69,7 @@ def test_a_folder_of_a_process_that_was_killed_goes_with_the_next(
 
 
 MANY = """
-from real_bench.files import own_folder
+from real_bench.locks import own_folder
 
 for _ in range(200):
     with own_folder("mine-") as folder:
@@ -102,7 +102,7 @@ def test_a_folder_goes_whatever_a_stranger_put_into_it(tmp_path: Path, trap: str
     }
     told = (
         "import os\n"
-        "from real_bench.files import own_folder\n"
+        "from real_bench.locks import own_folder\n"
         "with own_folder('mine-') as folder:\n"
         "    os.chdir(folder)\n"
         f"    {traps[trap]}\n"

@@ -18,7 +18,7 @@ from real_bench.finding import find_controller
 from real_bench.goal_sets import GoalSet, generate_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.phases.local import LocalHost
+from real_bench.phases.local import LocalBackend
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.real_x import Planner
 from real_bench.recording import Experience, Recording
@@ -356,7 +356,7 @@ def test_an_action_that_was_cut_short_is_not_planned_with(builtin_scene: Scene, 
 
 
 def test_real_ld_records_the_images_that_it_learns_from(builtin_scene: Scene) -> None:
-    identity = LocalHost().identity("real_ld", {})
+    identity = LocalBackend().identity("real_ld", {})
     assert identity.uses_images
     facts = ("real_ld", OM, 1, builtin_scene, 1000, 0, Path("run.h5"))
     assert IntrinsicPhase(*facts)._header(identity).images

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from real_bench.actions import Action, check_action, make_control
+from real_bench.actions import Action, check_action
 from real_bench.conditions import CONDITION_NAMES, Condition
 from real_bench.real_x import RandomExplorer
 from real_bench.simulation import HOME, Scene
@@ -27,7 +27,7 @@ def test_actions_are_whole_ones_within_the_space(builtin_scene: Scene, name: str
     condition = Condition.parse(name)
     space = action_space(builtin_scene, condition)
     for action in draws(space, seed=0):
-        checked = check_action(action, make_control(condition.control))
+        checked = check_action(action, condition.control_type())
         assert (checked.commands == action.commands).all()
         assert (checked.n_steps == action.n_steps).all()
         assert action.duration == 1000

@@ -15,7 +15,7 @@ from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialPlan
 from real_bench.real_x.background import Background
-from real_bench.real_x.eye import EyeSettings
+from real_bench.real_x.foreground import ForegroundSettings
 from real_bench.real_x.latents import Latents, VAESettings
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import TrialResult, load_result
@@ -96,7 +96,7 @@ def test_play_that_was_cut_learns_from_all_of_it(builtin_scene: Scene, tmp_path:
 
 
 def test_codes_of_triplets_are_those_of_what_is_seen(run: Path) -> None:
-    sees = Latents(EyeSettings(**SMALL["eye"]), VAESettings(**SMALL["vae"]))
+    sees = Latents(ForegroundSettings(**SMALL["eye"]), VAESettings(**SMALL["vae"]))
     with pytest.raises(RealBenchError, match="background"):
         sees.state({"retina": np.zeros((240, 320, 3), np.uint8)})
     triplets = sees.triplets(Experience(run, IM))

@@ -53,6 +53,7 @@ def cut_run(cut_path: Path) -> Iterator[Recording]:
 def header(scene: Scene) -> Header:
     return Header(
         condition="OM",
+        control_version=2,
         objects=2,
         object_names=scene.object_names(2),
         scene=scene.name,

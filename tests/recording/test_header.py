@@ -48,7 +48,6 @@ def test_a_header_survives_its_file(header: Header) -> None:
     [
         ("condition", "XY"),
         ("objects", 0),
-        ("objects", 4),
         ("seed", -1),
         ("seed", 2**63),
         ("scene_sha256", "0"),
@@ -112,6 +111,13 @@ def test_a_test_with_other_objects_or_scene_does_not_fit(header: Header) -> None
     condition = Condition.parse("OM")
     assert "not 3" in header.misfits(condition, 3, header.scene_sha256)[0]
     assert "another scene" in header.misfits(condition, 2, "0" * 64)[0]
+
+
+def test_a_test_does_not_learn_from_an_earlier_version_of_its_control(header: Header) -> None:
+    run = header.model_copy(update={"control_version": 1})
+    told = "its macro-actions are of version 1, these of 2"
+    assert told in run.misfits(Condition.parse("OM"), 2, header.scene_sha256)[0]
+    assert run.differences(header) == ["control_version: 1, not 2"]
 
 
 def test_versions_say_what_ran() -> None:

@@ -105,7 +105,7 @@ def test_an_integer_of_any_size_survives() -> None:
         threading.Lock(),
         print,
     ],
-    ids=repr,
+    ids=lambda value: type(value).__name__,
 )
 @pytest.mark.parametrize("keep", [check_state, through_file])
 def test_what_cannot_be_kept_is_refused_by_its_place(

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.recording import Header, Recording
+from real_bench.recording import Header, Recording, recorder
 from real_bench.recording.schema import Batch
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.simulation import Scene
@@ -28,7 +28,7 @@ from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run,
 
 N_ACTIONS = 7  # in the recording that was cut
 ROWS = ("transitions", "commands", "states", "images", "cuts", "ground_truth/object_poses")
-HEAVY = f"{Path(__file__).parents[1] / 'phases' / 'guests' / 'series.py'}:Heavy"
+HEAVY = f"{Path(__file__).parents[1] / 'phases' / 'controllers' / 'series.py'}:Heavy"
 PLAY = ("intrinsic", "--controller", "real_r", "--scene", SCENE, "--out", "run.h5", "--resume")
 ENDLESS_STEPS = 15_000_000
 ENDLESS = realbench(*PLAY, "--steps", ENDLESS_STEPS, eager=True)
@@ -327,3 +327,37 @@ def test_a_full_disk_loses_nothing_that_was_recorded(small_disk: Path, image_pat
     with Recording(out) as recording, Recording(image_path) as uninterrupted:
         assert recording.n_steps == 12_000
         assert (recording.commands() == uninterrupted.commands(0, 12)).all()
+
+
+@pytest.mark.parametrize("removed", [False, True])
+def test_another_name_of_a_recording_keeps_what_it_names(
+    cut_path: Path, scene: Scene, header: Header, tmp_path: Path, removed: bool
+) -> None:
+    """A backup by ``ln``, made at any moment."""
+    file = begun(tmp_path / "run.h5", header, scene)
+    backups = []
+    for k in range(N_ACTIONS):
+        file.append(batch_of(cut_path, k, k + 1))
+        backup = tmp_path / f"backup-{k}.h5"
+        os.link(file.path, backup)
+        backups.append((backup, backup.read_bytes()))
+        if removed and k == N_ACTIONS // 2:
+            file.path.unlink()
+    file.close()
+    assert all(backup.read_bytes() == content for backup, content in backups)
+    assert same_rows(file.path, cut_path)
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_a_backup_of_a_run_does_not_change_when_it_goes_on(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "SECONDS_BETWEEN_WRITES", 0.0)
+    run, backup = tmp_path / "run.h5", tmp_path / "backup.h5"
+    condition = Condition.parse("OM")
+    IntrinsicPhase("real_r", condition, 1, scene, 1000, 0, run).run(ignore)
+    os.link(run, backup)
+    before = backup.read_bytes()
+    IntrinsicPhase("real_r", condition, 1, scene, 4000, 0, run).run(ignore, resume=True)
+    assert backup.read_bytes() == before
+    assert recorded_steps(run) == 4000

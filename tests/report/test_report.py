@@ -66,6 +66,16 @@ def test_only_settings_that_are_not_defaults_are_told(tmp_path: Path) -> None:
     assert "--set abstraction.levels=200" in read_tested(tmp_path / "b.json").command
 
 
+def test_a_part_and_another_length_are_told(tmp_path: Path) -> None:
+    made([0.1, 0.2], n_goals=5, goal_numbers=(0, 3), trial_steps=2000).save(tmp_path / "a.json")
+    tested = read_tested(tmp_path / "a.json")
+    assert "--trials 2 --trial-steps 2000 " in tested.command
+    assert "2 of 5 goals, trials of 2,000 steps" in render(Report("title", tests=[tested]))
+    assert tested.rows[-1][:2] == ("total", "2 of 5")
+    made([0.1, 0.2]).save(tmp_path / "b.json")
+    assert "--trial" not in read_tested(tmp_path / "b.json").command
+
+
 def test_whatever_is_written_is_text(tmp_path: Path) -> None:
     fields: dict[str, Any] = {"controller": HOSTILE, "versions": {HOSTILE: HOSTILE}}
     made([0.1], scene=HOSTILE, **fields).save(tmp_path / "a.json")
@@ -95,7 +105,7 @@ def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
     [
         (["run.h5", "--videos", "films"], 2, "--videos are of one result, not of 0"),
         (["goals.npy"], 2, "goal set"),
-        (["no.h5"], 1, "does not exist"),
+        (["no.h5"], 1, "recording not found: no.h5"),
     ],
 )
 def test_what_cannot_be_reported_is_told(

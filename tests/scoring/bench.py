@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from real_bench.scoring.metric import object_scores
 from real_bench.scoring.result import Result, Setting, TrialResult
 
 CLASSES = ("2D", "2D", "2.5D", "3D")
@@ -17,7 +16,7 @@ def made(
     """A result with one object that ended these far (m) from its goals.
 
     Args:
-        distances: one a trial.
+        distances: one a trial, of the goals that are asked for.
         seed: of the test.
         classes: of the goals, again and again.
         **changes: of the setting.
@@ -34,16 +33,16 @@ def made(
         "run_steps": 0,
         "goals_sha256": "3" * 64,
         "n_goals": len(distances),
+        "goal_numbers": tuple(range(changes.get("n_goals", len(distances)))),
         "trial_steps": 10_000,
         "seed": seed,
         "versions": {},
     }
     result = Result(setting=Setting(**{**fields, **changes}))
-    for goal, distance in enumerate(distances):
+    for goal, distance in zip(result.setting.goal_numbers, distances, strict=False):
         trial = TrialResult(
             goal=goal,
             challenge=classes[goal % len(classes)],
-            score=float(object_scores([distance]).sum()),
             distances=(distance,),
             final_poses=((0, 0, 0, 0, 0, 0, 1),),
             actions_sha256="4" * 64,

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from real_bench.errors import ResultError
-from real_bench.scoring.comparison import by_goal, compare
+from real_bench.scoring.comparison import compare
+from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.scoring.result import Result
 from tests.scoring.bench import made
 
@@ -25,18 +26,23 @@ def test_a_comparison_worked_out_by_hand() -> None:
     goals = [(1, 1 / 4), (5 / 32, 1 / 4), (1 / 16, 1 / 16), (1 / 16, 1)]
     assert [(goal.a, goal.b) for goal in found.goals] == [pytest.approx(goal) for goal in goals]
     assert found.n_repeats == (2, 1)
-    assert found.a == pytest.approx(np.mean([a for a, _ in goals]))
-    assert found.difference == pytest.approx(np.mean([a - b for a, b in goals]))
+    score = found.score
+    assert score.a == pytest.approx(np.mean([a for a, _ in goals]))
+    assert score.difference == pytest.approx(np.mean([a - b for a, b in goals]))
     # better; a tie and a loss; a tie; a loss
-    assert found.improvement == pytest.approx(np.mean([1, 1 / 4, 1 / 2, 0]))
-    assert found.interval is not None
-    assert found.interval.low <= found.difference <= found.interval.high
+    assert score.improvement == pytest.approx(np.mean([1, 1 / 4, 1 / 2, 0]))
+    assert score.interval is not None
+    assert score.interval.low <= score.difference <= score.interval.high
+    assert score.interval.over == "goals"
     assert not found.is_worse
+    assert found.metrics["distance"].difference == pytest.approx(0.1375 - 0.1)
+    assert found.metrics["distance"].improvement == score.improvement  # nearer is better
+    assert found.to_json()["metrics"]["actions"] is None  # their commands were not kept
 
 
 @given(DISTANCES, DISTANCES)
 def test_turned_round_it_says_the_opposite(a: list[float], b: list[float]) -> None:
-    one, other = compare([made(a)], [made(b)]), compare([made(b)], [made(a)])
+    one, other = (compare([made(x)], [made(y)]).score for x, y in ((a, b), (b, a)))
     assert one.difference == pytest.approx(-other.difference)
     assert one.improvement == pytest.approx(1 - other.improvement)
     assert one.interval is not None
@@ -47,8 +53,8 @@ def test_turned_round_it_says_the_opposite(a: list[float], b: list[float]) -> No
 @given(DISTANCES)
 def test_nothing_differs_from_itself(distances: list[float]) -> None:
     same = compare([made(distances)], [made(distances)])
-    assert same.difference == 0
-    assert same.improvement == 0.5
+    assert same.score.difference == 0
+    assert same.score.improvement == 0.5
     assert not same.is_worse
 
 
@@ -58,8 +64,8 @@ def test_the_order_of_files_does_not_matter() -> None:
     tables = [by_goal(order) for order in itertools.permutations(results)]
     for table in tables:
         assert table.keys == tables[0].keys
-        assert (table.scores == tables[0].scores).all()
-    assert tables[0].scores.shape == (2, 4)
+        assert (table.values("score") == tables[0].values("score")).all()
+    assert tables[0].values("score").shape == (2, 4)
 
 
 def test_worse_beyond_chance_is_said() -> None:
@@ -74,6 +80,7 @@ def test_worse_beyond_chance_is_said() -> None:
         (made([0.1]), "not on the same goals: 2 and 1, of which 1 in common"),
         (made([0.1, 0.1], goals_sha256="6" * 64), "of which 0 in common"),
         (made([0.1, 0.1], scene_sha256="6" * 64), "differ in scene sha256"),
+        (made([0.1, 0.1], control_version=2), "two versions of macro-actions"),
         (made([0.1, 0.1], trial_steps=20), "differ in trial steps: 10000, 20"),
         (made([]), "not tested the same goals"),
     ],
@@ -87,7 +94,22 @@ def test_one_test_is_not_two_repeats() -> None:
     with pytest.raises(ResultError, match="two results are of the same test"):
         by_goal([made([0.1, 0.2]), made([0.1, 0.2])])
     other = made([0.1, 0.2], run_sha256="8" * 64)  # the same seed of the test, another play
-    assert by_goal([made([0.1, 0.2]), other]).scores.shape == (2, 2)
+    assert by_goal([made([0.1, 0.2]), other]).values("score").shape == (2, 2)
+
+
+def test_tests_after_one_play_are_one_play() -> None:
+    """Or an interval over plays would tell only how tests vary."""
+    after = {"run_sha256": "8" * 64}
+    results = [made([0.1 * seed, 0.2], seed, **after) for seed in range(3)]
+    summary = summarise_repeats(by_goal(results))
+    assert (summary.n_repeats, summary.n_plays) == (3, 1)
+    assert summary.score.interval is not None
+    assert summary.score.interval.over == "goals"
+    others = [made([0.1 * seed, 0.2], seed, run_sha256=f"{seed}" * 64) for seed in range(3)]
+    summary = summarise_repeats(by_goal(others))
+    assert (summary.n_repeats, summary.n_plays) == (3, 3)
+    assert summary.score.interval is not None
+    assert summary.score.interval.over == "plays and goals"
 
 
 def test_repeats_must_be_complete() -> None:

@@ -20,13 +20,18 @@ from real_bench.errors import ResultError
 from real_bench.files import OutputError
 from real_bench.scoring import result_file
 from real_bench.scoring.commands import Commands
-from real_bench.scoring.metric import object_scores
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
 from real_bench.scoring.result_file import sealed
+from real_bench.scoring.summary import summarise, summary_json
 
 NUMBERS = st.floats(-5, 5)
 COMMANDS = Commands.of([Action.rest(4, 10_000)])
 RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
+OLDER = {
+    1: RESULTS / "full-scale" / "real_d-OM-1-seed0-a.json",
+    2: RESULTS / "full-scale" / "real_ild-IM-1-seed0-a.json",
+}
+"""A result of each older version."""
 BOMB = base64.b64encode(zlib.compress(bytes(2**24), 9)).decode()
 Content = dict[str, Any]
 
@@ -43,7 +48,6 @@ def trial(draw: st.DrawFn, goal: int) -> TrialResult:
     return TrialResult(
         goal=goal,
         challenge=draw(st.sampled_from(["2D", "2.5D", "3D"])),
-        score=float(object_scores(away).sum()),
         distances=away,
         final_poses=draw(st.tuples(st.tuples(*[NUMBERS] * 7), st.tuples(*[NUMBERS] * 7))),
         actions_sha256=COMMANDS.sha256,
@@ -66,7 +70,7 @@ def test_a_result_survives_its_file(
     result.save(path)
     assert load_result(path) == result
     assert [trial.goal for trial in result.trials] == sorted(trial.goal for trial in trials)
-    assert result.is_complete == (len(trials) == 4)
+    assert result.is_complete == result.is_finished == (len(trials) == 4)
 
 
 def test_the_score_is_the_mean_over_goals(result: Result) -> None:
@@ -78,13 +82,32 @@ def test_nothing_has_no_score(setting: Setting) -> None:
         _ = Result(setting=setting).score
 
 
-def test_the_file_shows_the_summary(result: Result, tmp_path: Path) -> None:
+def test_the_file_keeps_facts_and_nothing_that_follows_from_them(
+    result: Result, tmp_path: Path
+) -> None:
     result.save(tmp_path / "score.json")
     content = json.loads((tmp_path / "score.json").read_text())
-    assert list(content)[-1] == "timing"
-    assert not content["complete"]
-    assert [row["name"] for row in content["summary"]] == ["2D", "3D", "total"]
-    assert content["summary"][-1]["score"] == pytest.approx(0.875)
+    assert list(content) == ["format", "version", "setting", "trials", "seal", "timing"]
+    facts = ["goal", "challenge", "distances", "final_poses", "actions_sha256", "commands"]
+    assert list(content["trials"][0]) == facts
+    summary = summary_json(result)
+    assert not summary["complete"]
+    assert [row["name"] for row in summary["classes"]] == ["2D", "3D", "total"]
+    assert summary["classes"][-1]["means"]["score"]["value"] == pytest.approx(0.875)
+
+
+def test_loading_works_nothing_out(
+    result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise AssertionError("an interval was computed")
+
+    monkeypatch.setattr("real_bench.scoring.statistics.bootstrap_interval", fail)
+    result.save(tmp_path / "score.json")
+    for path in (tmp_path / "score.json", OLDER[1], OLDER[2]):
+        assert load_result(path).score > 0
+    with pytest.raises(AssertionError):
+        summarise(result.trials)
 
 
 def test_a_truncated_file_is_refused_at_every_length(result: Result, tmp_path: Path) -> None:
@@ -120,7 +143,7 @@ def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
     check_refused(tmp_path / "score.json")
 
 
-TOP, SETTING, TRIAL, TOTAL = (), ("setting",), ("trials", 1), ("summary", -1)
+TOP, SETTING, TRIAL = (), ("setting",), ("trials", 1)
 
 
 def check_tampered(result: Result, path: Path, place: tuple[Any, ...], change: Content) -> None:
@@ -139,14 +162,19 @@ def check_tampered(result: Result, path: Path, place: tuple[Any, ...], change: C
     ("place", "change"),
     [
         (TOP, {"version": 1}),
-        (TOP, {"version": 3}),
-        (TOP, {"version": "2"}),
+        (TOP, {"version": 2}),
+        (TOP, {"version": 4}),
+        (TOP, {"version": "3"}),
         (TOP, {"format": "other"}),
         (TOP, {"opinion": "good"}),
         (TOP, {"trials": None}),
         (TOP, {"timing": {"seconds": {"first": 1}}}),
         (TOP, {"timing": [1]}),
         (SETTING, {"n_goals": 2}),
+        (SETTING, {"goal_numbers": [0, 1]}),
+        (SETTING, {"goal_numbers": [0, 1, 2, 4]}),
+        (SETTING, {"goal_numbers": [0, 2, 1, 3]}),
+        (SETTING, {"goal_numbers": [-1, 0, 1, 2]}),
         (SETTING, {"objects": "two"}),
         (SETTING, {"versions": None}),
         (SETTING, {"mood": "good"}),
@@ -177,15 +205,12 @@ def test_a_tampered_file_is_refused(
     [
         (TRIAL, {"score": 1.9}),
         (TRIAL, {"score": "1"}),
-        (TRIAL, {"distances": [0.0, 0.0]}),
         (TRIAL, {"distances": [0.1]}),
         (TRIAL, {"distances": [-0.1, 0.1]}),
         (TRIAL, {"challenge": "4D"}),
         (TRIAL, {"final_poses": []}),
-        (TOTAL, {"score": 1.9}),
-        (TOTAL, {"n_goals": 50}),
         (SETTING, {"objects": 3}),
-        (TOP, {"complete": True}),
+        (TOP, {"complete": True}),  # what follows from the rest is not said
         (TOP, {"summary": []}),
     ],
     ids=str,
@@ -231,7 +256,7 @@ def test_whatever_is_altered_breaks_the_seal(result: Result, tmp_path: Path) -> 
     path = tmp_path / "score.json"
     result.save(path)
     places = list(leaves(json.loads(path.read_text())))
-    assert len(places) > 100
+    assert len(places) > 80
     for *above, last in places:
         content = json.loads(path.read_text())
         holder = functools.reduce(operator.getitem, above, content)
@@ -273,17 +298,76 @@ def test_a_file_that_is_too_large_is_neither_written_nor_read(
     check_refused(path)
 
 
-def test_results_without_commands_are_still_read(result: Result, tmp_path: Path) -> None:
-    kept = list(RESULTS.rglob("real_r-*.json"))
-    assert len(kept) > 10
-    for path in kept:
-        assert load_result(path).score == json.loads(path.read_text())["summary"][-1]["score"]
-    old = load_result(kept[0])
-    assert not old.keeps_commands
-    assert result.keeps_commands
+@pytest.mark.parametrize("version", [1, 2])
+def test_older_results_are_still_read(version: int, tmp_path: Path) -> None:
+    content = json.loads(OLDER[version].read_text())
+    assert content["version"] == version
+    old = load_result(OLDER[version])
+    assert old.keeps_commands == (version == 2)
+    assert old.setting.goal_numbers == tuple(range(50))
+    assert old.setting.n_goals is None  # it does not say
+    assert old.is_complete
     old.save(tmp_path / "score.json")
     assert load_result(tmp_path / "score.json") == old
-    assert json.loads((tmp_path / "score.json").read_text())["version"] == 1
+    assert json.loads((tmp_path / "score.json").read_text())["version"] == 3
+
+
+def test_every_kept_result_has_its_score() -> None:
+    told = {path: json.loads(path.read_text()) for path in RESULTS.rglob("*.json")}
+    kept = {path: each for path, each in told.items() if each.get("format") == "realbench-result"}
+    assert len(kept) > 100
+    for path, content in kept.items():
+        assert load_result(path).score == pytest.approx(content["summary"][-1]["score"], abs=1e-12)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize(
+    ("place", "change"),
+    [
+        (TRIAL, {"score": 0.9}),
+        (TRIAL, {"score": None}),
+        (TRIAL, {"score": 10**400}),
+        (TRIAL, {"distances": [0.0]}),
+        (TRIAL, {"distances": [10**400]}),
+        (TRIAL, {"commands": None}),
+        (TRIAL, {"mood": "good"}),
+        (SETTING, {"n_goals": 20}),
+        (SETTING, {"n_goals": 10**12}),
+        (SETTING, {"n_goals": None}),
+        (SETTING, {"goal_numbers": [0]}),
+        (TOP, {"trials": None}),
+        (TOP, {"trials": [None]}),
+        (TOP, {"setting": []}),
+        (TOP, {"version": 3}),
+    ],
+    ids=str,
+)
+def test_what_was_refused_in_older_results_still_is(
+    version: int, tmp_path: Path, place: tuple[Any, ...], change: Content
+) -> None:
+    content = json.loads(OLDER[version].read_text())
+    functools.reduce(operator.getitem, place, content).update(change)
+    for text in (content, sealed(content)):
+        (tmp_path / "score.json").write_text(json.dumps(text))
+        check_refused(tmp_path / "score.json")
+
+
+def test_the_seal_of_an_older_result_is_of_all_that_it_says(tmp_path: Path) -> None:
+    content = json.loads(OLDER[2].read_text())
+    content["summary"][-1]["score"] += 0.1
+    (tmp_path / "score.json").write_text(json.dumps(content))
+    check_refused(tmp_path / "score.json")
+    (tmp_path / "score.json").write_text(json.dumps(sealed(content)))
+    assert load_result(tmp_path / "score.json").score == load_result(OLDER[2]).score  # unread
+
+
+def test_a_part_is_not_the_whole(setting: Setting, result: Result) -> None:
+    part = result.model_copy(
+        update={"setting": setting.model_copy(update={"goal_numbers": (0, 1, 2)})}
+    )
+    assert part.is_finished
+    assert not part.is_complete
+    assert part.share == "3 of 4 goals"
 
 
 def test_all_trials_keep_their_commands_or_none_does(result: Result) -> None:

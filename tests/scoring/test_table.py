@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 from rich.console import Console
 
@@ -9,12 +10,14 @@ from real_bench.scoring.table import score_table
 
 
 def test_the_table_shows_every_class_and_the_total(result: Result) -> None:
-    console = Console(width=120, file=io.StringIO(), record=True)
+    console = Console(width=80, file=io.StringIO(), record=True)
     console.print(score_table(result))
     text = console.export_text()
-    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in text.splitlines()]
+    rows = [re.split(r"\s{2,}", line.strip()) for line in text.splitlines()]
     cells = {row[0]: row[1:] for row in rows if row}
-    assert cells["2D"] == ["2", "1.250", "0.500 to 2.000", "0.050"]
-    assert cells["3D"] == ["1", "0.125", "-", "0.200"]
-    assert cells["total"][:2] == ["3", "0.875"]
+    assert "95% over goals" in text
+    assert cells["2D"] == ["2", "1.250", "0.500 to 2.000", "0.050", "50%", "10.0"]
+    assert cells["3D"] == ["1", "0.125", "-", "0.200", "0%", "10.0"]
+    assert cells["total"][:2] == ["3 of 4", "0.875"]
+    assert "a part: 3 of 4 goals of the set" in text
     assert "real_r in REAL_OM, 2 objects, scene builtin, without play" in text

@@ -17,7 +17,7 @@ NEAR = made([0.05] * 20)
 )
 def test_the_minimum_is_the_mean(minimum: float | None, passed: bool) -> None:
     verdict = judge([NEAR], minimum)
-    assert verdict.summary.mean == pytest.approx(0.5)
+    assert verdict.summary.score.mean == pytest.approx(0.5)
     assert verdict.passed is passed
 
 
@@ -30,21 +30,25 @@ def test_worse_than_the_baseline_fails_and_better_passes() -> None:
 def test_an_unfinished_result_fails() -> None:
     verdict = judge([made([0.1, 0.1], n_goals=3)])
     assert not verdict.passed
-    assert verdict.checks[0].told == "2 of 3 trials"
+    assert verdict.checks[0].told == "2 of 3 goals, not finished: 3 were asked for"
+    assert not judge([made([0.1, 0.1], n_goals=3)], allow_part=True).passed
 
 
 def test_a_part_of_the_goals_is_enough_where_that_is_said() -> None:
-    """The first goals are the easy ones: a result that leaves out the others must not pass."""
+    """Whoever tests a part must say so: a result that leaves out the hard goals must not pass."""
     known = {"sizes": {"5" * 64: 3}}
     whole, part = (made([0.1] * n, goals_sha256="5" * 64) for n in (3, 1))
     assert judge([whole], **known).passed
     assert judge([part]).passed  # nobody knows that there are more
     verdict = judge([part], **known)
     assert [check.name for check in verdict.checks if not check.passed] == ["complete"]
-    assert verdict.checks[0].told == "1 of 3 trials"
-    assert judge([part], n_goals=1, **known).passed
-    assert judge([whole], n_goals=1, **known).checks[0].told == "1 of 1 trials"
-    assert not judge([part], n_goals=2, **known).passed
+    assert verdict.checks[0].told == "1 of 3 goals (--allow-part accepts a part)"
+    assert judge([part], allow_part=True, **known).passed
+    assert judge([part], allow_part=True, **known).checks[0].told == "1 of 3 goals, a part"
+    assert judge([whole], allow_part=True, **known).checks[0].told == "3 of 3 goals"
+    named = made([0.1], n_goals=3, goal_numbers=(1,))  # it says itself that there are more
+    assert not judge([named]).passed
+    assert judge([named], allow_part=True).passed
     other = made([0.1], goals_sha256="6" * 64)  # is believed, and vouches for nobody else
     assert not judge([part, other], **known).passed
 
@@ -55,6 +59,13 @@ def test_longer_trials_and_other_goals_fail() -> None:
     others = judge([made([0.1])], goals="5" * 64)
     assert [check.name for check in others.checks if not check.passed] == ["goals"]
     assert judge([made([0.1], goals_sha256="5" * 64)], goals="5" * 64).passed
+
+
+def test_the_goals_that_are_accepted_are_named() -> None:
+    for known, told in (({"3" * 64: 20}, "the shipped one"), ({}, "not the shipped one")):
+        (check,) = [each for each in judge([NEAR], sizes=known).checks if each.name == "goals"]
+        assert check.passed
+        assert check.told.startswith(f"goal set {'3' * 12}, {told}")
 
 
 def test_results_of_different_tests_are_refused() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pybullet
 import pytest
 
-from real_bench.actions import MACRO_EULER, plan_macro
+from real_bench.controls.macro import MACRO_EULER, plan_macro
 from real_bench.simulation import HOME, Scene, Simulation
 
 ROBOT, TABLE, CUBE, TOMATO, MUSTARD = range(5)  # body ids follow the load order

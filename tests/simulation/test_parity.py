@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from real_bench.actions import make_control
+from real_bench.controls import CONTROLS
 from real_bench.simulation import Scene, Simulation
 
-RECORDINGS = ("cartesian_1", "grasp_1", "joints_1", "joints_2", "macro_1", "macro_3")
+RECORDINGS = ("cartesian_1", "grasp_1", "joints_1", "joints_2", "macro_1", "macro_3", "macro_end")
 FACTS = json.loads((Path(__file__).parents[1] / "data" / "parity.json").read_text())
 LETTER = {"cartesian": "C", "joints": "J", "macro_action": "M"}
 
@@ -27,7 +27,7 @@ def replay(
     simulation: Simulation, kind: str, commands: Any, n_steps: Any, stops: list[int]
 ) -> Iterator[tuple[int, bool]]:
     """Follow the commands; yields (step, whether a command ends here) at each stop and end."""
-    control = make_control(LETTER[kind])
+    control = CONTROLS[LETTER[kind]]()
     step = 0
     for command, duration in zip(np.array(commands, float), n_steps, strict=True):
         end = step + int(duration)

@@ -7,8 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from real_bench.actions import Action, plan_macro
+from real_bench.actions import Action
 from real_bench.conditions import Condition
+from real_bench.controls.macro import plan_macro
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.simulation.bullet import pybullet

@@ -31,7 +31,7 @@ Alter = Callable[..., Path]
 
 @pytest.fixture(scope="session")
 def goals(builtin_scene: Scene) -> GoalSet:
-    return generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 2, "3D": 1})
+    return generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 3})
 
 
 @pytest.fixture(scope="session")

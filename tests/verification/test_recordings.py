@@ -16,7 +16,7 @@ from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.recording import Recording
 from real_bench.simulation import Scene
 from real_bench.verification import RecordingVerdict, RecordingVerification
-from tests.phases.conftest import guest
+from tests.phases.conftest import toy
 from tests.verification.conftest import CUT_AT, RUN_STEPS, play
 
 STOPPED = '''
@@ -58,8 +58,8 @@ def test_a_resumed_recording_verifies_with_its_images(recorded: Path) -> None:
     [
         ("real_r", "OJ"),
         ("real_r", "OC"),
-        (guest("series:StepMacros"), "OM"),
-        (guest("tested:GlobalRandomness"), "OJ"),
+        (toy("series:StepMacros"), "OM"),
+        (toy("tested:GlobalRandomness"), "OJ"),
     ],
 )
 def test_every_way_of_control_verifies(
@@ -243,7 +243,7 @@ def test_a_world_that_begins_elsewhere_after_a_cut_is_told(recorded: Path, tmp_p
     [
         ({"n_steps": 0}, "--steps must be at least 1, not 0"),
         ({"scene": "moon"}, "unknown scene"),
-        ({"path": Path("none.h5")}, "does not exist"),
+        ({"path": Path("none.h5")}, "recording not found: none.h5"),
         ({"path": Path(__file__)}, "cannot be read"),
     ],
 )
@@ -252,6 +252,17 @@ def test_what_cannot_be_replayed_is_refused(
 ) -> None:
     with pytest.raises(RealBenchError, match=complaint):
         RecordingVerification(**{"path": recorded, **options}).verify(ignore_two)
+
+
+def test_a_recording_of_an_earlier_version_of_its_control_is_not_replayed(
+    recorded: Path, tmp_path: Path
+) -> None:
+    path = tmp_path / "old.h5"
+    shutil.copy(recorded, path)
+    with h5py.File(path, "r+") as file:
+        del file.attrs["control_version"]  # as before it was kept
+    with pytest.raises(RecordingError, match="its macro-actions are of version 1, these of 2"):
+        verify(path)
 
 
 def test_it_can_be_stopped(recorded: Path) -> None:

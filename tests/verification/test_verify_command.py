@@ -64,8 +64,8 @@ def test_a_recording_verifies_until_it_is_altered(place: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (("none.json",), 1, "none.json does not exist"),
-        (("none.h5",), 1, "none.h5 does not exist"),
+        (("none.json",), 1, "result not found: none.json"),
+        (("none.h5",), 1, "recording not found: none.h5"),
         (("goals.npy",), 1, "goals.npy cannot be read"),
         (("score.json",), 1, "not of the shipped ones"),
         (("score.json", "--steps", "5"), 2, "--steps is not for a result"),

@@ -1,0 +1,285 @@
+"""What a notebook needs: the two phases, experiments, scores, comparisons, figures.
+
+Each function does what the command of its name does, and gives back what came of it. Paths may be
+text. What is left out comes from the recording or the goals, or is the command's default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from real_bench.environment import RealEnv
+    from real_bench.experiments.scores import Row
+    from real_bench.goal_sets import GoalSet
+    from real_bench.recording import Recording
+    from real_bench.scoring.comparison import Comparison
+    from real_bench.scoring.result import Result
+    from real_bench.scoring.verdict import Verdict
+
+PathLike = str | Path
+
+
+def make_env(
+    condition: str = "OM",
+    *,
+    objects: int = 1,
+    scene: PathLike = "official",
+    goals: GoalSet | PathLike | None = None,
+    max_steps: int | None = None,
+    render_mode: str | None = None,
+) -> RealEnv:
+    """The benchmark as a Gymnasium environment; see :class:`real_bench.environment.RealEnv`."""
+    from real_bench.environment import RealEnv
+
+    return RealEnv(
+        condition,
+        objects=objects,
+        scene=scene,
+        goals=goals,
+        max_steps=max_steps,
+        render_mode=render_mode,
+    )
+
+
+def run_intrinsic(
+    controller: str | None = None,
+    *,
+    out: PathLike = "run.h5",
+    condition: str | None = None,
+    objects: int | None = None,
+    scene: PathLike | None = None,
+    steps: int | None = None,
+    seed: int | None = None,
+    images: bool | None = None,
+    settings: Mapping[str, Any] | None = None,
+    isolate: bool = False,
+    resume: bool = False,
+    overwrite: bool = False,
+) -> Recording:
+    """Let a controller play, as ``realbench intrinsic`` does (paper, section Scenario).
+
+    Args:
+        controller: name, ``module:Class`` or file; may be left out where a run is resumed.
+        out: the recording, HDF5.
+        condition: two letters, IM by default.
+        objects: how many, 1 by default.
+        scene: ``official`` (the default), ``builtin``, or a manifest.
+        steps: simulation steps of 5 ms; 15,000,000 by default.
+        seed: of the controller's randomness, 0 by default.
+        images: whether to record them; by default where the condition or the controller needs it.
+        settings: values for the controller's settings.
+        isolate: run the controller in a process of its own, where it reaches nothing else.
+        resume: go on with the recording where there is one.
+        overwrite: replace the recording where there is one.
+
+    Returns:
+        The recording, open; close it, or use it as a context manager.
+
+    Raises:
+        RealBenchError: something is wrong, before or while it runs; what was recorded is kept.
+    """
+    from real_bench.phases.plans import plan_play
+    from real_bench.recording import Recording
+
+    out = Path(out)
+    phase = plan_play(
+        out,
+        resume=resume,
+        settings=settings,
+        backend=_backend(isolate, [out]),
+        controller=controller,
+        condition=condition,
+        objects=objects,
+        scene=scene,
+        steps=steps,
+        seed=seed,
+        images=images,
+    )
+    phase.run(_ignore, resume=resume, overwrite=overwrite).close()
+    return Recording(out)
+
+
+def run_extrinsic(
+    controller: str | None = None,
+    *,
+    run: PathLike | None = None,
+    run_steps: int | None = None,
+    goals: GoalSet | PathLike | None = None,
+    condition: str | None = None,
+    objects: int | None = None,
+    scene: PathLike | None = None,
+    seed: int | None = None,
+    settings: Mapping[str, Any] | None = None,
+    trials: int | None = None,
+    trial_steps: int | None = None,
+    jobs: int = 1,
+    out: PathLike = "score.json",
+    isolate: bool = False,
+    resume: bool = False,
+    overwrite: bool = False,
+) -> Result:
+    """Test a controller on goals, as ``realbench extrinsic`` does (paper, section Metrics).
+
+    Args:
+        controller: name, ``module:Class`` or file; the recording's by default.
+        run: the recording to learn from.
+        run_steps: learn only from its first steps.
+        goals: a goal set or its file; the shipped one by default.
+        condition: two letters; the recording's by default.
+        objects: how many; the recording's by default.
+        scene: its name or manifest; the recording's by default.
+        seed: of the test; the recording's by default.
+        settings: values for the controller's settings, above those of the recording.
+        trials: test only so many goals, of all classes in proportion.
+        trial_steps: length of a trial, 10,000 steps by default.
+        jobs: number of processes; the scores do not depend on it.
+        out: the result file, JSON.
+        isolate: run the controller in a process of its own, where it reaches nothing else.
+        resume: go on with the result file where there is one.
+        overwrite: replace the result file where there is one.
+
+    Raises:
+        RealBenchError: something is wrong, before or while it runs; finished trials are kept.
+    """
+    from real_bench.lengths import TRIAL_STEPS
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+    from real_bench.phases.plans import plan_test
+
+    path = None if run is None else Path(run)
+    named = Path(goals) if isinstance(goals, str | Path) else None
+    plan = plan_test(
+        controller=controller,
+        run=path,
+        run_steps=run_steps,
+        goals=goals if named is None else named,  # type: ignore[arg-type]
+        condition=condition,
+        objects=objects,
+        scene=None if scene is None else str(scene),
+        seed=seed,
+        settings=settings,
+        backend=_backend(isolate, [Path(out), path, named]),
+        trial_steps=TRIAL_STEPS if trial_steps is None else trial_steps,
+    )
+    n_trials = len(plan.goal_set) if trials is None else trials
+    phase = ExtrinsicPhase(plan, n_trials, Path(out), jobs)
+    return phase.run(_ignore, resume=resume, overwrite=overwrite)
+
+
+def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True) -> list[Row]:
+    """The rows of an experiment's table, as ``realbench table`` makes them.
+
+    Args:
+        spec: the experiment's YAML file.
+        jobs: how many plays and tests at once; as many as there are cores by default.
+        make: make what is missing; else only what is there counts.
+
+    Raises:
+        ExperimentError: it is wrongly described, or a play or test failed.
+    """
+    from real_bench.errors import ExperimentError
+    from real_bench.experiments import read_spec
+    from real_bench.experiments.job_state import in_short
+    from real_bench.experiments.running import Experiment
+
+    experiment = Experiment(read_spec(Path(spec)), jobs)
+    if make:
+        with experiment.own_folder():
+            experiment.prepare()
+            work = experiment.missing()
+            failures = experiment.make(work, _ignore) if len(work) else {}
+        if failures:
+            raise ExperimentError(in_short(list(failures.values())))
+    return experiment.rows()
+
+
+def load_goals(path: PathLike) -> GoalSet:
+    """Read a goal set; raises GoalSetError where it is not one."""
+    from real_bench.goal_sets import load_goal_set
+
+    return load_goal_set(Path(path))
+
+
+def load_result(path: PathLike) -> Result:
+    """Read a result; raises ResultError where it is not one, or was altered."""
+    from real_bench.scoring.result import load_result
+
+    return load_result(Path(path))
+
+
+def score(
+    results: Result | Sequence[Result],
+    *,
+    minimum: float | None = None,
+    baseline: Result | Sequence[Result] | None = None,
+    allow_part: bool = False,
+) -> Verdict:
+    """Judge results, as ``realbench score`` does: whole, of full length, good enough?
+
+    Args:
+        results: of one controller; results on the same goal set are repeats.
+        minimum: the least mean score.
+        baseline: results on the same goals, than which these must not be worse beyond chance.
+        allow_part: let a finished test of a part of the goals pass, too.
+    """
+    from real_bench.goal_sets import load_goal_set, shipped_goal_set
+    from real_bench.scoring import verdict
+
+    mine = _several(results)
+    shipped = load_goal_set(shipped_goal_set(mine[0].setting.objects))
+    return verdict.judge(
+        mine,
+        minimum,
+        None if baseline is None else _several(baseline),
+        goals=None,
+        sizes={shipped.sha256: len(shipped)},
+        allow_part=allow_part,
+    )
+
+
+def compare(a: Result | Sequence[Result], b: Result | Sequence[Result]) -> Comparison:
+    """Compare two sets of results goal by goal, as ``realbench compare`` does.
+
+    Raises:
+        ResultError: they are not of the same scene, number of objects, length and goals.
+    """
+    from real_bench.scoring.comparison import compare
+
+    return compare(_several(a), _several(b))
+
+
+def draw_figures(
+    recordings: Sequence[PathLike] = (), results: Sequence[PathLike] = ()
+) -> dict[str, Figure]:
+    """The paper's figures that files have the data for, by name, as ``realbench figures``.
+
+    Raises:
+        RealBenchError: a file is not what it should be.
+    """
+    from real_bench.figures import FIGURES, Asked, read_figure_data
+
+    material = read_figure_data([*map(Path, recordings)], [*map(Path, results)], Asked())
+    drawn = {kind.name: kind.draw(material) for kind in FIGURES}
+    return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
+
+
+def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
+    if not isolate:
+        from real_bench.phases.local import LocalBackend
+
+        return LocalBackend()
+    from real_bench.sandbox import SandboxBackend
+
+    return SandboxBackend(tuple(path for path in secrets if path is not None))
+
+
+def _several(results: Result | Sequence[Result]) -> list[Result]:
+    return list(results) if isinstance(results, Sequence) else [results]
+
+
+def _ignore(progress: object) -> None:
+    """Nobody watches."""

@@ -1,0 +1,132 @@
+"""``realbench check``."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from real_bench.cli import options
+
+if TYPE_CHECKING:
+    from real_bench.phases.checking import Finding
+    from real_bench.phases.proxy import ControllerBackend
+
+EPILOG = """\b
+Example:
+  realbench check my_controller.py
+  realbench check submission/mine.py --condition IM --objects 2
+"""
+
+FAILED = 1
+
+
+@click.command(epilog=EPILOG)
+@click.argument("controller")
+@click.option(
+    "--condition",
+    metavar="XY",
+    help="OM, IM, IJ, OJ, OC or IC. [default: of its options.yml, else the first that it plays in]",
+)
+@options.objects_option
+@options.settings_option
+@options.set_option
+@click.option("--isolated-only", is_flag=True, help="Load none of its code in our own process.")
+@options.json_option
+def check(
+    controller: str,
+    condition: str | None,
+    objects: int | None,
+    settings_file: Path | None,
+    assignments: tuple[str, ...],
+    isolated_only: bool,
+    as_json: bool,
+) -> None:
+    """Find out in a moment whether a controller will do, before hours of play.
+
+    Says which class runs, and whether it loads, plays a few steps (in scene builtin), can be copied
+    for each goal, and hands over its state unchanged: in our process, and isolated. Reads the
+    options file of a starter kit, and prints the commands to use.
+    """
+    from real_bench.phases.checking import commands_to_use, official_options
+    from real_bench.phases.local import LocalBackend
+    from real_bench.sandbox import SandboxBackend
+    from real_bench.sandbox.visible_files import visible_files
+    from real_bench.settings import read_settings
+    from real_bench.source import ControllerSource
+
+    source = ControllerSource.of(controller)
+    told = official_options(source.place) if source.file else official_options(Path())
+    backends: dict[str, ControllerBackend] = {} if isolated_only else {"here": LocalBackend()}
+    backends["isolated"] = SandboxBackend()
+    settings = read_settings(settings_file, assignments)
+    asked = condition or told.condition
+    found = {}
+    for name, backend in backends.items():
+        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+            asked, found[name] = _tried(
+                controller, asked, objects or told.objects, settings, backend
+            )
+    good = all(finding.good for findings in found.values() for finding in findings)
+    commands = []
+    if good and asked:
+        identity = next(iter(backends.values())).identity(controller, settings)
+        commands = [shlex.join(c) for c in commands_to_use(controller, identity, asked, told)]
+    if as_json:
+        facts = {name: [asdict(one) for one in findings] for name, findings in found.items()}
+        click.echo(json.dumps({"good": good, **facts, "commands": commands}))
+    else:
+        _show(found, visible_files(source).withheld(), commands)
+    if not good:
+        sys.exit(FAILED)
+
+
+def _tried(
+    controller: str,
+    condition: str | None,
+    objects: int | None,
+    settings: dict[str, Any],
+    backend: ControllerBackend,
+) -> tuple[str, list[Finding]]:
+    """What is found in a condition, or in the first one that the controller plays in."""
+    from real_bench.conditions import CONDITION_NAMES, Condition
+    from real_bench.phases.checking import ControllerCheck
+    from real_bench.simulation import load_scene
+
+    tried = {}
+    for name in (condition,) if condition else CONDITION_NAMES:
+        one = ControllerCheck(
+            controller,
+            Condition.parse(name),
+            load_scene("builtin"),
+            objects or 1,
+            settings,
+            backend,
+        )
+        tried[name] = list(one.findings())
+        if all(finding.good for finding in tried[name]):
+            return name, tried[name]
+    best = max(tried, key=lambda name: len(tried[name]))
+    return best, tried[best]
+
+
+def _show(
+    found: Mapping[str, Sequence[Finding]], withheld: Sequence[str], commands: Sequence[str]
+) -> None:
+    for name, findings in found.items():
+        click.echo(f"{name}:")
+        for finding in findings:
+            click.echo(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.told}")
+    if withheld:
+        click.echo(f"not shown to an isolated controller: {', '.join(withheld)}")
+    if commands:
+        click.echo("play and test it by:")
+        for command in commands:
+            click.echo(f"  {command}")

@@ -1,0 +1,116 @@
+"""What is in a file, as facts by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from real_bench.cli.printing import say
+
+if TYPE_CHECKING:
+    from real_bench.recording import Recording
+
+
+def describe_recording(path: Path) -> dict[str, Any]:
+    """The facts of a recording."""
+    from real_bench.recording import Recording
+
+    with Recording(path) as recording:
+        header = recording.header
+        n_triplets = len(recording.transitions)
+        return {
+            "file": str(path),
+            "megabytes": round(path.stat().st_size / 1e6, 3),
+            "triplets": n_triplets,
+            "steps": recording.n_steps,
+            "steps_asked": recording.total_steps,
+            "cut_at_steps": recording.cuts,
+            "share_of_actions_that_moved_an_object": (
+                round(recording.share_moved(), 4) if n_triplets else None
+            ),
+            "last_level_with_threshold_below_1_cm": fine_levels(recording) if n_triplets else None,
+            "images": recording.n_images or 0,
+            **header.model_dump(mode="json", exclude={"images", "scene_source"}),
+        }
+
+
+def fine_levels(recording: Recording) -> dict[str, int]:
+    """Up to which level of Dynamic Abstraction each variable's threshold is below 1 cm.
+
+    Levels are counted from 0 to 199; -1 where not even the first one is (paper, section Results).
+    """
+    from real_bench.analysis import levels_below, planar
+    from real_bench.real_x import DynamicAbstraction
+    from real_bench.recording import MOVED_M
+
+    rows, positions = recording.transitions, recording.object_poses[:, :, :3]
+    triplets = planar(positions, rows["precondition"], rows["outcome"])
+    below = levels_below(DynamicAbstraction.learn(triplets), MOVED_M) - 1
+    names = [f"{name} {axis}" for name in recording.header.object_names for axis in "xy"]
+    return dict(zip(names, below.tolist(), strict=True))
+
+
+def describe_goals(path: Path) -> dict[str, Any]:
+    """The facts of a goal set."""
+    from real_bench.goal_sets import load_goal_set
+
+    goal_set = load_goal_set(path)
+    return {
+        "file": str(path),
+        "megabytes": round(path.stat().st_size / 1e6, 3),
+        "goals": len(goal_set),
+        "by_class": goal_set.counts,
+        "object_names": list(goal_set.object_names),
+        "scene": goal_set.scene,
+        "scene_sha256": goal_set.scene_sha256,
+        "generator": goal_set.generator,
+        "seed": goal_set.seed,
+        "sha256": goal_set.sha256,
+    }
+
+
+def describe_result(path: Path) -> dict[str, Any]:
+    """The facts of a result."""
+    from real_bench.scoring.result import load_result
+
+    result = load_result(path)
+    return {
+        "file": str(path),
+        "score": result.score if result.trials else None,
+        "trials": f"{len(result.trials)} of {len(result.setting.goal_numbers)}",
+        "goals_tested": result.share,
+        "complete": result.is_complete,
+        "can_be_verified": result.keeps_commands,
+        **result.setting.model_dump(mode="json"),
+    }
+
+
+def describe_experiment(path: Path) -> dict[str, Any]:
+    """The facts of an experiment."""
+    from real_bench.experiments import read_spec
+
+    spec = read_spec(path)
+    return {
+        "file": str(path),
+        "title": spec.title,
+        "results": str(spec.results_folder),
+        "scene": spec.scene,
+        "steps": spec.steps,
+        "goals": list(spec.goals),
+        "repeats": {cell.name: len(spec.seeds(cell)) for cell in spec.cells},
+    }
+
+
+def print_facts(facts: dict[str, Any]) -> None:
+    """Print facts for a person, one a line."""
+    width = max(map(len, facts))
+    for name, value in facts.items():
+        say(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {item}" for key, item in value.items()) or "none"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(str, value)) or "none"
+    return f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)

@@ -1,0 +1,51 @@
+"""All that commands print: nothing in it moves a terminal's cursor, and no number is cut."""
+
+from __future__ import annotations
+
+import logging
+from typing import TYPE_CHECKING
+
+import click
+
+from real_bench.quoting import printable
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+WIDEST = 10_000
+
+
+class _Lines(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        say(record.getMessage(), err=True)
+
+
+def log_on_stderr() -> None:
+    """Print what parts say of their work on standard error, a line each."""
+    logger = logging.getLogger("real_bench")
+    logger.setLevel(logging.INFO)
+    logger.handlers[:] = [_Lines()]
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print a text, whoever wrote it; on standard error where ``err``."""
+    click.echo(printable(text), err=err)
+
+
+def print_tables(*things: RenderableType) -> None:
+    """Print tables and lines.
+
+    Rather lines that the terminal breaks than columns too narrow for a number.
+    """
+    from rich.console import Console, Group
+    from rich.measure import Measurement
+    from rich.table import Table
+
+    console = Console(markup=False, emoji=False)
+    parts = [part for thing in things for part in getattr(thing, "renderables", [thing])]
+    free = console.options.update(max_width=WIDEST)
+    needed = [
+        Measurement.get(console, free, part).maximum for part in parts if isinstance(part, Table)
+    ]
+    console.width = max([console.width, *needed])
+    console.print(Group(*parts))

@@ -1,0 +1,152 @@
+"""Phases run for a command: with progress shown, and what a controller prints kept apart."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
+
+if TYPE_CHECKING:
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+    from real_bench.phases.handover import Wanted
+    from real_bench.phases.intrinsic import IntrinsicPhase
+    from real_bench.phases.proxy import ControllerProxy
+    from real_bench.phases.trial import TrialPlan
+    from real_bench.scoring.result import Result
+
+
+def plan_of(
+    out: Path,
+    *,
+    settings_file: Path | None,
+    assignments: tuple[str, ...],
+    isolation: options.Isolation,
+    secrets: Iterable[Path | None] = (),
+    resume: bool = False,
+    **given: Any,
+) -> IntrinsicPhase:
+    """The play that the options ask for.
+
+    An isolated controller must not be able to read the recording, nor ``secrets``.
+    """
+    from real_bench.phases.plans import plan_play
+    from real_bench.settings import read_settings
+
+    settings = read_settings(settings_file, assignments)
+    backend = isolation.backend([out, *secrets])
+    return plan_play(out, resume=resume, settings=settings, backend=backend, **given)
+
+
+def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerProxy:
+    """Run the phase with progress shown."""
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.phases.intrinsic import Progress
+
+    with ProgressDisplay(f"playing {phase.controller}", "steps", phase.steps) as display:
+
+        def report(progress: Progress) -> None:
+            moved = progress.n_moved / progress.n_actions
+            rate = display.rate(progress.n_steps)
+            display.update(
+                progress.n_steps, f"{rate:,.0f} steps/s, {moved:.0%} of actions moved an object"
+            )
+
+        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+            return phase.run(report, resume=resume, overwrite=overwrite)
+
+
+def result_of(
+    *,
+    trials: int | None,
+    allow_part: bool,
+    jobs: int,
+    out: Path,
+    isolation: options.Isolation,
+    resume: bool,
+    overwrite: bool,
+    settings_file: Path | None,
+    assignments: tuple[str, ...],
+    run: Path | None,
+    goals: Path | None,
+    learned: Wanted | None,
+    video: Path | None = None,
+    pictures: Path | None = None,
+    explain: Path | None = None,
+    secrets: Iterable[Path | None] = (),
+    **given: Any,
+) -> Result:
+    """The result of the test that the options ask for; progress is shown.
+
+    An isolated controller must not be able to read any file of the test, nor ``secrets``.
+    """
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+    from real_bench.phases.plans import plan_test
+    from real_bench.settings import read_settings
+
+    default = options.DEFAULT_RUN if options.DEFAULT_RUN.exists() else None
+    files = [run, default, goals, video, pictures, explain]
+    written = [path for path in (out, *files, *secrets) if path is not None]
+    plan = plan_test(
+        run=run,
+        goals=goals,
+        settings=read_settings(settings_file, assignments),
+        backend=isolation.backend(written),
+        videos=video,
+        pictures=pictures,
+        explanations=explain,
+        wanted=learned,
+        **given,
+    )
+    phase = ExtrinsicPhase(plan, trials_asked(trials, plan, allow_part=allow_part), out, jobs)
+    return run_trials(phase, resume=resume, overwrite=overwrite)
+
+
+def trials_asked(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> int:
+    """How many goals are to be tested: all of them unless told otherwise.
+
+    Raises UsageError for a part of them that is to be judged, unless that is allowed.
+    """
+    whole = len(plan.goal_set)
+    if trials is not None and 0 < trials < whole and not allow_part:
+        raise click.UsageError(
+            f"--trials {trials} tests a part of the {whole} goals: to have it judged all the same, "
+            "use --allow-part"
+        )
+    return whole if trials is None else trials
+
+
+def run_trials(
+    phase: ExtrinsicPhase, *, resume: bool, overwrite: bool, proxy: ControllerProxy | None = None
+) -> Result:
+    """Run the phase with progress shown."""
+    from real_bench.cli.progress import ProgressDisplay
+
+    title = f"testing {phase.plan.controller}"
+    with ProgressDisplay(title, "goals", phase.n_trials) as display:
+
+        def report(result: Result) -> None:
+            display.update(len(result.trials), f"score {result.score:.3f}")
+
+        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+            return phase.run(report, resume=resume, overwrite=overwrite, proxy=proxy)
+
+
+def show_result(result: Result, out: Path, *, as_json: bool) -> None:
+    """Print the score table, or as JSON what the file holds and what follows from it."""
+    from real_bench.scoring.summary import summary_json
+
+    if as_json:
+        say(json.dumps({**result.to_json(), "summary": summary_json(result)}))
+        return
+    from real_bench.scoring.table import score_table
+
+    print_tables(score_table(result))
+    say(f"result: {out}")

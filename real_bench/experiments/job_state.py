@@ -1,0 +1,133 @@
+"""How far the files of an experiment have come, and whether they are what it says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from real_bench.errors import ControllerError, ExperimentError
+from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
+from real_bench.naming import without_folder
+from real_bench.scoring.result import Result, load_result
+from real_bench.settings import as_validated, merged
+from real_bench.source import ControllerSource, is_code_of, is_installed
+
+
+@dataclass(frozen=True)
+class JobState:
+    """How far a job has come.
+
+    Attributes:
+        reached: whether its file is there, and whole.
+        misfits: what of the file is not as the job says.
+        result: what a test's file holds.
+    """
+
+    reached: Literal["missing", "unfinished", "done"]
+    misfits: tuple[str, ...] = ()
+    result: Result | None = None
+
+
+def state_of(job: Job) -> JobState:
+    """How far a job has come; reads its file."""
+    if not job.out.exists():
+        return JobState("missing")
+    if isinstance(job, PlayJob):
+        return _state_of_play(job)
+    result = load_result(job.out)
+    misfits = tuple(_misfits(job, result))
+    done = len(result.trials) == job.n_goals
+    return JobState("done" if done else "unfinished", misfits, result)
+
+
+def not_of_this(job: Job, reasons: Sequence[str]) -> str:
+    """What is told of a file that is not as its job says."""
+    return f"{job.out.name} is not of this experiment: {'; '.join(reasons)}"
+
+
+def refusal(wrong: Sequence[str]) -> ExperimentError:
+    """The error for files that are not of the experiment, and what to do about them."""
+    return ExperimentError(f"{in_short(wrong)}. Move them away, or let --overwrite replace them")
+
+
+def in_short(reasons: Sequence[str], most: int = 3) -> str:
+    """The first few reasons, and how many more there are."""
+    more = f" (and {len(reasons) - most} more)" if len(reasons) > most else ""
+    return f"{'. '.join(reasons[:most])}{more}"
+
+
+def _misfits(job: ScoringJob, result: Result) -> list[str]:
+    """What of a result is not as the job says."""
+    from real_bench.files import file_sha256
+
+    setting = result.setting
+    names = ("condition", "objects", "seed", "trial_steps", "run_steps")
+    reasons = _differences(
+        {"scene": setting.scene, **{name: getattr(setting, name) for name in names}},
+        {"scene": job.scene_name, **{name: getattr(job, name) for name in names}},
+    )
+    # a part of the goals is no misfit: the test goes on
+    if setting.n_goals not in (None, job.n_goals) or setting.set_size > job.n_goals:
+        reasons.append(f"{setting.set_size} goals, not {job.n_goals}")
+    reasons += _controller_misfits(job, setting.controller, setting.controller_sha256)
+    reasons += _setting_misfits(job, setting.settings)
+    if job.goals_sha256 not in ("", setting.goals_sha256):
+        reasons.append(f"other goals than {job.goals.name}")
+    if job.run and job.run.exists() and file_sha256(job.run) != setting.run_sha256:
+        reasons.append(f"another recording than {job.run.name}")
+    return reasons
+
+
+def _state_of_play(job: PlayJob) -> JobState:
+    from real_bench.recording import Recording
+
+    with Recording(job.out) as recording:
+        header, ended = recording.header, recording.ended
+        # one that was killed before its first action does not know yet how long it is to be
+        steps = recording.total_steps if recording.n_steps else job.steps
+    names = ("condition", "objects", "seed")
+    reasons = _differences(
+        {"scene": header.scene, "steps": steps, **{name: getattr(header, name) for name in names}},
+        {
+            "scene": job.scene_name,
+            "steps": job.steps,
+            **{name: getattr(job, name) for name in names},
+        },
+    )
+    if job.images and not header.images:
+        reasons.append("no images")
+    reasons += _controller_misfits(job, header.controller, header.controller_sha256)
+    reasons += _setting_misfits(job, header.settings)
+    return JobState("done" if ended else "unfinished", tuple(reasons))
+
+
+def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
+    return [
+        f"{name.replace('_', ' ')} {found[name]}, not {asked[name]}"
+        for name in asked
+        if found[name] != asked[name]
+    ]
+
+
+def _controller_misfits(job: Job, named: str, sha256: str) -> list[str]:
+    """A file is told by its name and content, for it may have come from another folder."""
+    if without_folder(named) != without_folder(job.controller):
+        return _differences({"controller": named}, {"controller": job.controller})
+    source = ControllerSource.of(job.controller)
+    if source.file is not None and not is_code_of(source, sha256):
+        return [f"{source.file.name}, or what lies beside it, as it was before it was changed"]
+    return []
+
+
+def _setting_misfits(job: Job, found: Mapping[str, Any]) -> list[str]:
+    """What is asked for must be so; where nothing is asked, defaults may have changed."""
+    asked, found = (json.loads(json.dumps(values)) for values in (job.settings, found))
+    if merged(found, asked) != found:
+        with suppress(ControllerError):  # of one that is not here
+            # "50" may be 50 to it; who only looks runs no stranger's code outside support
+            walled = job.model_copy(update={"isolate": not is_installed(job.controller)})
+            asked = as_validated(walled.settings_in_full(), asked)
+    return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]

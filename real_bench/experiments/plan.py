@@ -1,0 +1,189 @@
+"""What there is to do for an experiment, and what of it is left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from real_bench.experiments.job_state import JobState, not_of_this, refusal, state_of
+from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
+from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
+
+_T = TypeVar("_T", PlayJob, ScoringJob)
+
+
+@dataclass(frozen=True)
+class PendingJobs:
+    """The jobs that are left.
+
+    Attributes:
+        plays: intrinsic phases.
+        scorings: tests, of which some wait for one of the plays.
+    """
+
+    plays: tuple[PlayJob, ...]
+    scorings: tuple[ScoringJob, ...]
+
+    @property
+    def n_steps(self) -> int:
+        """How many steps of simulation there are to do."""
+        return sum(job.n_steps for job in (*self.plays, *self.scorings))
+
+    def __len__(self) -> int:
+        return len(self.plays) + len(self.scorings)
+
+
+class ExperimentPlan:
+    """All jobs of an experiment, and how far they have come; looks at each file once.
+
+    Args:
+        spec: the experiment.
+        isolate: have every controller in a process of its own, in a sandbox.
+    """
+
+    def __init__(self, spec: Spec, *, isolate: bool = False) -> None:
+        self._spec = spec
+        self._isolate = isolate
+        self._states: dict[Path, JobState] = {}
+
+    def state(self, job: Job) -> JobState:
+        """How far a job had come when it was first asked for."""
+        if job.out not in self._states:
+            self._states[job.out] = state_of(job)
+        return self._states[job.out]
+
+    def scorings(self, cell: Cell, seed: int) -> list[ScoringJob]:
+        """The tests that make one repeat of a cell, one a goal set."""
+        spec, play = self._spec, self.play(cell, seed)
+        return [
+            ScoringJob(
+                **self._told(f"{cell.name}-seed{seed}-{goals}", cell, cell.objects, seed, ".json"),
+                trial_steps=spec.trial_steps,
+                goals=spec.goal_file(goals, cell.objects),
+                n_goals=self._goals[goals, cell.objects][0],
+                goals_sha256=self._goals[goals, cell.objects][1],
+                run=play.out if play else None,
+                run_steps=play.steps if play else 0,
+                play=play.name if play else None,
+            )
+            for goals in spec.goal_names(cell)
+        ]
+
+    def play(self, cell: Cell, seed: int) -> PlayJob | None:
+        """What one repeat of a cell learns from; cells that share a play get the same job."""
+        found = self._spec.play_of(cell)
+        if found is None:
+            return None
+        name, play = found
+        return PlayJob(
+            **self._told(f"{name}-seed{seed}", play, cell.objects, seed, ".h5"),
+            steps=self._spec.steps,
+            images=play.images,
+        )
+
+    def check_settings(self) -> None:
+        """Find out before any work is done whether settings are what their controllers take.
+
+        Raises:
+            ControllerError: they are not.
+        """
+        checked: list[tuple[str, dict[str, Any]]] = []
+        for cell in self._spec.cells:
+            seed = self._spec.seeds(cell)[0]
+            for job in (*self.scorings(cell, seed), self.play(cell, seed)):
+                if job is not None and job.settings:
+                    if (job.controller, job.settings) not in checked:
+                        job.settings_in_full()
+                    checked.append((job.controller, job.settings))
+
+    def left(self, *, go_on: bool = False, overwrite: bool = False) -> PendingJobs:
+        """What is left to do: tests that are not done, and the plays that these need.
+
+        Args:
+            go_on: go on with recordings that were cut, instead of beginning them anew.
+            overwrite: do again what is not as the experiment says.
+
+        Raises:
+            ExperimentError: files are not as the experiment says, and are not to be overwritten.
+        """
+        repeats = [(cell, seed) for cell in self._spec.cells for seed in self._spec.seeds(cell)]
+        tests = [job for repeat in repeats for job in self.scorings(*repeat)]
+        scorings = self._left(tests, overwrite)
+        needed = {job.play for job in scorings}
+        jobs = [self.play(*repeat) for repeat in repeats]
+        plays = {job.name: job for job in jobs if job and job.name in needed}
+        to_play = self._left(list(plays.values()), overwrite)
+        return PendingJobs(
+            tuple(job.model_copy(update={"go_on": go_on}) for job in to_play), tuple(scorings)
+        )
+
+    def draw_goals(self) -> Iterator[str]:
+        """Draw the goal sets that are missing; tells the name of each before it is drawn."""
+        from real_bench.goal_sets import generate_goal_set, save_goal_set
+        from real_bench.simulation import load_scene
+
+        spec = self._spec
+        for name, objects in self._goals:
+            source, path = spec.goals[name], spec.goal_file(name, objects)
+            if isinstance(source, DrawnGoals) and not path.exists():
+                yield path.name
+                scene = load_scene(spec.scene_source)
+                drawn = generate_goal_set(scene, objects, source.seed, counts=_counts(source))
+                save_goal_set(drawn, path)
+
+    def _told(
+        self, name: str, who: Cell | Play, objects: int, seed: int, suffix: str
+    ) -> dict[str, Any]:
+        """What a play and a test are told alike."""
+        return {
+            "name": name,
+            "controller": self._spec.controller(who.controller),
+            "condition": who.condition,
+            "objects": objects,
+            "scene": self._spec.scene_source,
+            "scene_name": self._scene_name,
+            "seed": seed,
+            "settings": who.settings,
+            "out": self._spec.results_folder / f"{name}{suffix}",
+            "isolate": self._isolate,
+        }
+
+    def _left(self, jobs: Sequence[_T], overwrite: bool) -> list[_T]:
+        """What is not done yet, or not as it should be."""
+        states = [(job, self.state(job)) for job in jobs]
+        wrong = [not_of_this(job, state.misfits) for job, state in states if state.misfits]
+        if wrong and not overwrite:
+            raise refusal(wrong)
+        return [job for job, state in states if state.misfits or state.reached != "done"]
+
+    @cached_property
+    def _goals(self) -> dict[tuple[str, int], tuple[int, str]]:
+        """How many goals each set has, and its hash where it is there, by name and objects."""
+        from real_bench.goal_sets import load_goal_set
+
+        found: dict[tuple[str, int], tuple[int, str]] = {}
+        for cell in self._spec.cells:
+            for name in self._spec.goal_names(cell):
+                source = self._spec.goals[name]
+                path = self._spec.goal_file(name, cell.objects)
+                if isinstance(source, DrawnGoals) and not path.exists():
+                    found[name, cell.objects] = sum(_counts(source).values()), ""
+                elif (name, cell.objects) not in found:
+                    goal_set = load_goal_set(path)
+                    found[name, cell.objects] = len(goal_set), goal_set.sha256
+        return found
+
+    @cached_property
+    def _scene_name(self) -> str:
+        from real_bench.simulation.scene import manifest_path, read_manifest
+
+        return read_manifest(manifest_path(self._spec.scene_source)).name
+
+
+def _counts(source: DrawnGoals) -> dict[str, int]:
+    from real_bench.goal_sets.generator import OFFICIAL_COUNTS
+
+    return {str(kind): number for kind, number in (source.counts or OFFICIAL_COUNTS).items()}

@@ -1,0 +1,116 @@
+"""An experiment from its file to its rows: checked first, then made as far as it is missing."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from real_bench.errors import Interrupted
+from real_bench.experiments.plan import ExperimentPlan, PendingJobs
+from real_bench.experiments.process import Processes
+from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
+from real_bench.experiments.scores import Row, rows_of
+from real_bench.experiments.spec import Spec
+from real_bench.files import OutputError
+from real_bench.goal_sets import load_goal_set
+from real_bench.locks import write_lock
+from real_bench.simulation import load_scene
+from real_bench.source import ControllerSource
+
+log = logging.getLogger(__name__)
+
+Update = Callable[[ExperimentProgress], None]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment as it is to be made.
+
+    Attributes:
+        spec: what it is.
+        n_at_once: how many jobs at once; as many as there are cores where None.
+        scheduler: the address of a Dask scheduler; processes of this machine where None.
+        isolate: whether controllers that are not installed are isolated.
+    """
+
+    spec: Spec
+    n_at_once: int | None = None
+    scheduler: str | None = None
+    isolate: bool = False
+
+    def prepare(self) -> None:
+        """Draw missing goals, and find out before any work is done whether all is as it must be.
+
+        Raises:
+            RealBenchError: a controller, a setting, a scene or goals are not.
+        """
+        self._check_controllers()
+        load_scene(self.spec.scene_source)  # whether it is installed
+        for name in ExperimentPlan(self.spec).draw_goals():
+            log.info("drawing %s", name)
+        self._check_goals()
+
+    def missing(self, *, go_on: bool = False, overwrite: bool = False) -> PendingJobs:
+        """The plays and tests that are not there yet.
+
+        Args:
+            go_on: go on with plays that were cut, which are then not bit for bit the same.
+            overwrite: make anew what is there and is not of this experiment.
+        """
+        return ExperimentPlan(self.spec, isolate=self.isolate).left(
+            go_on=go_on, overwrite=overwrite
+        )
+
+    def make(self, work: PendingJobs, update: Update) -> dict[str, str]:
+        """Have it done; gives why jobs were not, by name.
+
+        Raises:
+            Interrupted: the user stopped it.
+        """
+        try:
+            return self._scheduler().do(work, update)
+        except KeyboardInterrupt as error:
+            raise Interrupted(
+                "stopped; what is finished is kept: repeat the command to go on"
+            ) from error
+
+    def rows(self) -> list[Row]:
+        """The table, as far as it is made; raises ExperimentError."""
+        return rows_of(self.spec, ExperimentPlan(self.spec, isolate=self.isolate))
+
+    @contextlib.contextmanager
+    def own_folder(self) -> Iterator[None]:
+        """The experiment's folder, in which no other process makes the same."""
+        folder = self.spec.results_folder
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"cannot make the folder {folder}: {error.strerror}") from error
+        with write_lock(folder / "table"):
+            yield
+
+    def _check_controllers(self) -> None:
+        spec = self.spec
+        played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
+        for named in {*played, *(cell.controller for cell in spec.cells)}:
+            ControllerSource.of(spec.controller(named)).code_files()
+        ExperimentPlan(spec, isolate=self.isolate).check_settings()
+
+    def _check_goals(self) -> None:
+        spec = self.spec
+        scene = load_scene(spec.scene_source)
+        goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
+        for name, objects in sorted(goals):
+            load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
+
+    def _scheduler(self) -> JobScheduler:
+        """Who does the jobs: processes here, or a cluster."""
+        if self.scheduler is None:
+            n_at_once = self.n_at_once or os.cpu_count() or 1
+            return JobScheduler(Processes(self.spec.results_folder / "logs"), n_at_once)
+        from real_bench.experiments.cluster import AT_ONCE, Cluster
+
+        return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)

@@ -1,0 +1,145 @@
+"""Have the jobs of an experiment done, as many at once as there is room for."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Protocol
+
+from real_bench.experiments.jobs import Job, OnSteps
+from real_bench.experiments.plan import PendingJobs
+from real_bench.experiments.process import JobFailedError, WorkerLostError
+
+ATTEMPTS = 3
+SECONDS_BETWEEN_UPDATES = 0.5
+
+
+class JobRunner(Protocol):
+    """Where jobs are done: processes of this machine, or a cluster."""
+
+    def do(self, job: Job, report: OnSteps) -> None:
+        """Do a job; its file is there when this returns. Called from many threads.
+
+        Raises:
+            JobFailedError: it cannot be done.
+            WorkerLostError: whatever did it died.
+        """
+
+    def waits_for(self) -> str:
+        """What nothing can be done without; empty where nothing is missing.
+
+        Raises:
+            ExperimentError: it has waited for too long.
+        """
+
+    def stop(self) -> None:
+        """End what is being done."""
+
+
+@dataclass(frozen=True)
+class ExperimentProgress:
+    """How far the work has come.
+
+    Attributes:
+        n_steps: steps of simulation done.
+        n_jobs: jobs that have come to an end.
+        running: names of those that are being done.
+        waits_for: what must come before they can be; empty where nothing is missing.
+    """
+
+    n_steps: int
+    n_jobs: int
+    running: tuple[str, ...]
+    waits_for: str
+
+
+class JobScheduler:
+    """Does the work of an experiment.
+
+    Args:
+        workplace: where.
+        n_at_once: how many jobs at once.
+    """
+
+    def __init__(self, workplace: JobRunner, n_at_once: int) -> None:
+        self._workplace, self._n_at_once = workplace, n_at_once
+
+    def do(self, work: PendingJobs, update: Callable[[ExperimentProgress], None]) -> dict[str, str]:
+        """Do all that can be done.
+
+        Args:
+            work: the jobs.
+            update: told from time to time how far they have come.
+
+        Returns:
+            Why jobs were not done, by name; a test whose play failed is among them.
+        """
+        shift = _Shift(work)
+        with ThreadPoolExecutor(self._n_at_once) as pool:
+            try:
+                running: dict[Future[None], Job] = {}
+                while running or shift.ready:
+                    while shift.ready and len(running) < self._n_at_once:
+                        job = shift.ready.popleft()
+                        running[pool.submit(self._attempt, job, shift.reporter(job))] = job
+                    done, _ = wait(running, SECONDS_BETWEEN_UPDATES, FIRST_COMPLETED)
+                    for future in done:
+                        shift.end(running.pop(future), future.exception())
+                    names = [job.name for job in running.values()]
+                    update(shift.progress(names, self._workplace.waits_for() if names else ""))
+            except BaseException:
+                self._workplace.stop()
+                raise
+        return shift.failures
+
+    def _attempt(self, job: Job, report: OnSteps) -> None:
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                return self._workplace.do(job, report)
+            except WorkerLostError:
+                if attempt == ATTEMPTS:
+                    raise
+
+
+class _Shift:
+    """What is ready to be done, what waits for it, and how far each job has come."""
+
+    def __init__(self, work: PendingJobs) -> None:
+        to_play = {job.name for job in work.plays}
+        free = [job for job in work.scorings if job.play not in to_play]
+        self.ready: deque[Job] = deque([*work.plays, *free])
+        self._waiting = [job for job in work.scorings if job.play in to_play]
+        self._steps: dict[str, int] = {}
+        self._n_ended = 0
+        self.failures: dict[str, str] = {}
+
+    def reporter(self, job: Job) -> OnSteps:
+        """What the job is to tell of its steps."""
+
+        def report(done: int) -> None:
+            self._steps[job.name] = done
+
+        return report
+
+    def end(self, job: Job, error: BaseException | None) -> None:
+        """A job has come to an end; what waited for it can begin, or never will."""
+        self._n_ended += 1
+        self._steps[job.name] = job.n_steps
+        followers = [each for each in self._waiting if each.play == job.name]
+        self._waiting = [each for each in self._waiting if each.play != job.name]
+        if error is None:
+            self.ready.extendleft(reversed(followers))
+            return
+        if not isinstance(error, JobFailedError | WorkerLostError):
+            raise error
+        self.failures[job.name] = str(error)
+        for follower in followers:
+            self._n_ended += 1
+            self.failures[follower.name] = f"{follower.name}: {job.name} failed"
+
+    def progress(self, running: list[str], waits_for: str) -> ExperimentProgress:
+        """How far all have come."""
+        n_steps = sum(list(self._steps.values()))
+        return ExperimentProgress(n_steps, self._n_ended, tuple(running), waits_for)

@@ -1,0 +1,22 @@
+"""What figures are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from real_bench.figures.played import Play
+from real_bench.figures.tested import Series, Tested, series
+
+
+@dataclass(frozen=True)
+class FigureData:
+    """Recordings and results; the results are complete, and of the same goals."""
+
+    plays: tuple[Play, ...] = ()
+    tested: tuple[Tested, ...] = ()
+
+    @property
+    def series(self) -> list[Series]:
+        """The results, repetitions of one test together."""
+        explorers = {play.sha256: play.header.controller for play in self.plays}
+        return series(self.tested, explorers)

@@ -1,0 +1,124 @@
+"""What REAL-LD makes of a recording's images (paper, section REAL-LD)."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from real_bench.analysis import PairDistances, pair_distances
+from real_bench.errors import RealBenchError, faults
+from real_bench.real_x.architecture import AbstractionSettings
+from real_bench.real_x.triplets import Triplets
+from real_bench.recording import Experience, Recording
+from real_bench.settings import merged
+
+if TYPE_CHECKING:  # torch is for those who have images
+    from real_bench.real_x.latents import Latents
+
+N_PAIRS = 100_000
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class LatentCodes:
+    """The codes of a recording's images.
+
+    Attributes:
+        codes: before and after each action that can be planned with.
+        pairs: how far apart states before such actions are, in codes and in metres.
+        settings: of eye and VAE.
+        is_recorded: whether the weights are those in the recording; else they were learned now.
+    """
+
+    codes: Triplets
+    pairs: PairDistances
+    settings: Mapping[str, Any]
+    is_recorded: bool
+
+
+def sight_settings(values: Mapping[str, Any]) -> Any:
+    """How images are seen and states abstracted: ``eye``, ``vae``, ``abstraction``, as in REAL-LD.
+
+    Raises:
+        RealBenchError: there is a setting that is not known, or a bad value.
+    """
+    from real_bench.real_x.latents import SightSettings
+
+    class Seen(SightSettings):
+        abstraction: AbstractionSettings = AbstractionSettings()
+
+    try:
+        return Seen.model_validate(values)
+    except ValidationError as error:
+        raise RealBenchError(f"bad settings of sight: {faults(error)}") from error
+
+
+def see(
+    recording: Recording,
+    experience: Experience,
+    kept: NDArray[np.int64],
+    positions: NDArray[np.float64],
+    values: Mapping[str, Any],
+    seed: int,
+) -> LatentCodes | None:
+    """See as the recorded controller does where it has learned to, else as REAL-LD learns to.
+
+    Args:
+        recording: of the experience.
+        experience: all of it, or its beginning.
+        kept: which actions can be planned with, (k,) row numbers.
+        positions: of the objects in every state, (m, n_objects, 3) metres.
+        values: settings of REAL-LD, above those that the recording's weights were learned with.
+        seed: of learning, and of the pairs that are drawn.
+
+    Returns:
+        None where the recording has no images, or fewer than two actions to plan with.
+    """
+    if recording.n_images is None or len(kept) < 2:
+        return None
+    from real_bench.real_x.latents import Latents
+
+    learned = _learned(recording)
+    settings = sight_settings(merged(learned.get("settings", {}), values))
+    latents = Latents(settings.eye, settings.vae)
+    is_recorded = _recalls(latents, learned, experience.n_states)
+    latents.seed(seed)
+    how = "sees with the weights in it" if is_recorded else "learning to see as REAL-LD does"
+    log.info("%s: %s", recording.path.name, how)
+    triplets = latents.triplets(experience)
+    codes = Triplets(triplets.states[kept], triplets.outcomes[kept])
+    there = positions[experience.preconditions[kept]]
+    pairs = pair_distances(codes.states, there, N_PAIRS, np.random.default_rng(seed))
+    told = {"eye": settings.eye.model_dump(), "vae": settings.vae.model_dump()}
+    return LatentCodes(codes, pairs, told, is_recorded)
+
+
+def _learned(recording: Recording) -> Mapping[str, Any]:
+    """What the recorded controller has learned to see; nothing where that is not for our eye."""
+    learned = recording.controller_state().get("perception")
+    if not isinstance(learned, dict) or not learned.get("vae"):
+        return {}
+    try:
+        sight_settings(learned.get("settings", {}))
+    except RealBenchError:  # of an older eye
+        return {}
+    return learned
+
+
+def _recalls(latents: Latents, learned: Mapping[str, Any], n_states: int) -> bool:
+    """Whether it could be given what was learned, from as many images as there are."""
+    if not learned:
+        return False
+    try:
+        latents.set_state(learned)
+    except (RealBenchError, KeyError, TypeError):  # of an older VAE
+        return False
+    state = latents.get_state()
+    return bool(state["vae"]) and state["learned_from"] == n_states

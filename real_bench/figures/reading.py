@@ -1,0 +1,48 @@
+"""Read what figures are made of."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from real_bench.figures.data import FigureData
+from real_bench.figures.played import Asked, Play, play_labels, read_play
+from real_bench.figures.tested import Tested, check_same_goals, read_tested
+
+Progress = Callable[[int, str], None]
+"""Told how many files are read, and the name of the next."""
+
+log = logging.getLogger(__name__)
+
+
+def read_figure_data(
+    recordings: Sequence[Path],
+    results: Sequence[Path],
+    asked: Asked,
+    progress: Progress = lambda done, name: None,
+) -> FigureData:
+    """What figures are made of; raises RealBenchError.
+
+    Args:
+        recordings: files of intrinsic phases.
+        results: files of extrinsic phases, of the same goals; unfinished ones are not used.
+        asked: how to see, and how much of the recordings to use.
+        progress: told before each recording.
+    """
+    tested = _finished([read_tested(file) for file in results])
+    plays: list[Play] = []
+    for file, label in zip(recordings, play_labels(recordings), strict=True):
+        progress(len(plays), file.name)
+        plays.append(read_play(file, label, asked))
+    return FigureData(tuple(plays), tested)
+
+
+def _finished(tested: Sequence[Tested]) -> tuple[Tested, ...]:
+    for one in tested:
+        if not one.result.is_finished:
+            done = f"{len(one.result.trials)} of {len(one.result.setting.goal_numbers)} trials"
+            log.info("%s is not used: it has %s", one.file, done)
+    finished = tuple(one for one in tested if one.result.is_finished)
+    check_same_goals(finished)
+    return finished

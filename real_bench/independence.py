@@ -1,0 +1,72 @@
+"""Whether copies of a controller are independent of it, as far as that can be seen."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+DEEPEST = 6
+"""How far inside a shared place the controller is looked for."""
+
+
+def shared_through(controller: object, place: Path | None) -> str | None:
+    """The name in a controller's code that leads to the controller itself; None: there is none.
+
+    A class attribute or global that holds the controller is one for all its copies, so each trial
+    would find what earlier ones left.
+
+    Args:
+        controller: the controller.
+        place: the folder or file of its code.
+    """
+    if place is None:
+        return None
+    for module in _modules_in(place):
+        for name, value in _shared_places(module):
+            if _leads_to(value, controller, DEEPEST, set()):
+                return name
+    return None
+
+
+def _modules_in(place: Path) -> list[ModuleType]:
+    files = ((module, getattr(module, "__file__", None)) for module in list(sys.modules.values()))
+    return [
+        module
+        for module, file in files
+        if isinstance(file, str) and Path(file).is_relative_to(place)
+    ]
+
+
+def _shared_places(module: ModuleType) -> Iterator[tuple[str, Any]]:
+    """The globals of a module and the attributes of its classes, by the names they are known by."""
+    for name, value in list(vars(module).items()):
+        if inspect.isclass(value):
+            if value.__module__ == module.__name__:
+                for attribute, held in list(vars(value).items()):
+                    yield f"{name}.{attribute}", held
+        elif not name.startswith("__"):
+            yield name, value
+
+
+def _leads_to(value: Any, wanted: object, deep: int, seen: set[int]) -> bool:
+    if value is wanted:
+        return True
+    if deep == 0 or id(value) in seen:
+        return False
+    seen.add(id(value))
+    return any(_leads_to(part, wanted, deep - 1, seen) for part in _parts(value))
+
+
+def _parts(value: Any) -> list[Any]:
+    if isinstance(value, dict):
+        return list(value.values())
+    if isinstance(value, list | tuple | set | frozenset):
+        return list(value)
+    if inspect.ismodule(value) or inspect.isclass(value) or inspect.isroutine(value):
+        return []
+    found = getattr(value, "__dict__", None)
+    return list(found.values()) if isinstance(found, dict) else []

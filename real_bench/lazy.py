@@ -1,0 +1,24 @@
+"""Packages that load a module when one of its names is first used."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+
+def lazy_names(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """A ``__getattr__`` for a package.
+
+    Args:
+        package: its name.
+        modules: for each name that it offers, the module that has it, or is it.
+    """
+
+    def find(name: str) -> Any:
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        module = import_module(modules[name])
+        return module if module.__name__ == f"{package}.{name}" else getattr(module, name)
+
+    return find

@@ -1,0 +1,108 @@
+"""Locks on files that die with the process that holds them, and folders that nobody else has."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import logging
+import os
+import shutil
+import stat
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from uuid import uuid4
+
+from real_bench.files import OutputError, real_path
+
+_logger = logging.getLogger(__name__)
+
+NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL)
+HELD = (errno.EWOULDBLOCK, errno.EACCES)
+
+
+@contextmanager
+def write_lock(path: Path) -> Iterator[None]:
+    """Be the only process that writes a file; raises OutputError where another one does.
+
+    The lock dies with the process that holds it. Where the file system has no locks, a warning is
+    told and the file is written without one.
+    """
+    real = real_path(path)
+    lock = real.with_name(f".{real.name}.lock")
+    try:
+        handle = _locked(lock)
+    except BlockingIOError as error:
+        raise OutputError(f"{path} is being written by another process") from error
+    except OSError as error:
+        if error.errno not in NO_LOCKS:
+            told = error.strerror or error
+            raise OutputError(f"cannot write into {path.parent}: {told}") from error
+        lock.unlink(missing_ok=True)
+        _logger.warning(
+            "%s is on a file system without locks: let no other process write it now", path
+        )
+        yield
+        return
+    try:
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def _locked(lock: Path) -> int:
+    """A handle that holds the lock; raises BlockingIOError where another one does."""
+    while True:
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with suppress(FileNotFoundError):
+                if os.path.samestat(os.fstat(handle), lock.stat()):
+                    return handle
+            os.close(handle)  # whoever held it removed it after it was opened here
+        except OSError as error:
+            os.close(handle)
+            if error.errno in HELD:
+                raise BlockingIOError from error
+            raise
+
+
+@contextmanager
+def own_folder(prefix: str) -> Iterator[Path]:
+    """A new temporary folder that does not outlive its use.
+
+    Where a process is killed that had one, the next call with the same prefix removes it. Raises
+    OutputError where there can be none.
+    """
+    try:
+        place = real_path(Path(tempfile.gettempdir()))
+    except OSError as error:
+        raise OutputError(f"there is no temporary folder: {error}") from error
+    for left in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
+        with suppress(OSError, OutputError):
+            found = left.lstat()
+            if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
+                with write_lock(left):  # refused where it is still in use
+                    _remove(left)
+    folder = place / f"{prefix}{uuid4().hex}"
+    with write_lock(folder):
+        try:
+            folder.mkdir(mode=0o700)
+        except OSError as error:
+            raise OutputError(f"cannot make {folder}: {error.strerror or error}") from error
+        try:
+            yield folder
+        finally:
+            _remove(folder)
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder, whatever a stranger has put into it; fails in silence."""
+    with suppress(OSError, RecursionError):
+        return shutil.rmtree(folder)
+    for command in (["chmod", "-R", "u+rwx"], ["rm", "-rf"]):  # however deep, and closed
+        with suppress(OSError):
+            subprocess.run([*command, "--", str(folder)], capture_output=True, check=False)

@@ -1,0 +1,26 @@
+"""What a controller is called."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+CONTROLLER_FILE = re.compile(r"(?P<file>.*\.py)(:(?P<name>[^:/\\]*))?")
+"""How a controller in a file is named: ``path/to/file.py[:Class]``. Folders may have colons."""
+
+
+def shown_name(spec: str) -> str:
+    """A controller's name as the paper writes it; of one in a file its class, or the file."""
+    if found := CONTROLLER_FILE.fullmatch(spec):
+        return found["name"] or Path(found["file"]).stem
+    module, _, class_name = spec.rpartition(":")
+    if module:
+        return class_name
+    return spec.upper().replace("_", "-") if spec.startswith("real_") else spec
+
+
+def without_folder(spec: str) -> tuple[str, str]:
+    """A controller's file or name, and its class; for names from another machine."""
+    if found := CONTROLLER_FILE.fullmatch(spec):
+        return Path(found["file"]).name, found["name"] or ""
+    return spec, ""

@@ -1,0 +1,46 @@
+"""Numbers that somebody else gives: taken as numbers, or refused with what they are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.errors import ActionError
+
+LARGEST_NUMBER = 1e6
+"""Metres or radians beyond this are no command of anybody's."""
+
+
+def finite(vector: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    """A vector itself; raises ActionError unless all of it are numbers of some moderate size."""
+    if not (np.abs(vector) <= LARGEST_NUMBER).all():
+        raise ActionError(f"{what} must be finite numbers, not {vector.tolist()}")
+    return vector
+
+
+def numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
+    """So many numbers, in whatever shape they come; raises ActionError."""
+    try:
+        given = np.array(value, np.float64)
+    except Exception as error:  # a stranger's object may raise anything
+        raise ActionError(f"{what} must be {size} numbers, not {short(value)}") from error
+    if given.size != size:
+        raise ActionError(f"{what} must be {size} numbers, not of shape {given.shape}")
+    return given
+
+
+def any_numbers(value: object, what: str) -> NDArray[np.float64]:
+    """Numbers as they are given; raises ActionError."""
+    try:
+        return np.array(value, np.float64)
+    except Exception as error:  # a stranger's object may raise anything
+        raise ActionError(f"{what} must be numbers, not {short(value)}") from error
+
+
+def short(value: object) -> str:
+    """What a value is, in a few letters, for a message."""
+    try:
+        text = " ".join(f"{type(value).__name__} {value!r}".split())
+    except Exception:  # a stranger's object may raise anything
+        return type(value).__name__
+    return text if len(text) < 80 else text[:77] + "..."

@@ -1,0 +1,194 @@
+"""Whether a controller will do, found out in a second: before hours of play."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from real_bench.conditions import Condition
+from real_bench.controls import CONTROLS
+from real_bench.errors import RealBenchError
+from real_bench.phases.player import at_play
+from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
+from real_bench.recording.state import restore_state, strip_state
+from real_bench.simulation.scene import Scene
+from real_bench.task import Task
+
+N_STEPS = 20
+SEED = 0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was tried.
+
+    Attributes:
+        what: was tried.
+        good: whether it went well.
+        told: what came of it.
+    """
+
+    what: str
+    good: bool
+    told: str
+
+
+@dataclass(frozen=True)
+class ControllerCheck:
+    """A controller that is to be looked at.
+
+    Attributes:
+        controller: name, ``module:Class`` or file.
+        condition, scene, objects: what it is made for.
+        settings: values for its settings.
+        backend: where it runs.
+    """
+
+    controller: str
+    condition: Condition
+    scene: Scene
+    objects: int
+    settings: Mapping[str, Any]
+    backend: ControllerBackend
+
+    def findings(self) -> Iterator[Finding]:
+        """Try one thing after the other, up to the first that goes wrong."""
+        try:
+            identity = self.backend.identity(self.controller, self.settings)
+            yield Finding("loads", True, f"{identity}, {_level(identity)}")
+            with closing(Task(self.scene, self.condition, self.objects)) as task:
+                yield from self._at_work(task, identity)
+        except RealBenchError as error:
+            yield Finding("fails", False, str(error))
+
+    def _at_work(self, task: Task, identity: Identity) -> Iterator[Finding]:
+        with self._proxy(task) as proxy:
+            yield Finding("is made", True, f"for {self.condition.name}")
+            proxy.seed(SEED)
+            task.begin()
+            proxy.call("start_intrinsic_phase")
+            first = at_play(proxy, task).play(N_STEPS)
+            yield Finding("plays", True, f"{first.duration} steps")
+            if identity.learns_across_trials:
+                yield Finding("copies", True, "not needed: it meets all goals in order")
+            else:
+                proxy.copy().close()
+                yield Finding("copies", True, "each goal meets a copy of its own")
+            yield self._state(task, proxy, identity)
+
+    def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
+        if not identity.hands_over_state:
+            how = (
+                "learns from the recording"
+                if identity.learns_from_experience
+                else "hands none over"
+            )
+            return Finding("state", True, how)
+        structure, arrays = strip_state(proxy.get_state())
+        with self._proxy(task) as other:
+            other.set_state(restore_state(structure, lambda number: arrays[number]))
+            again, others = strip_state(other.get_state())
+        same = structure == again and all(map(np.array_equal, arrays, others))
+        told = "comes back as it was" if same else "set_state(get_state()) gives another state"
+        return Finding("state", same, told)
+
+    @contextmanager
+    def _proxy(self, task: Task) -> Iterator[ControllerProxy]:
+        with closing(self.backend.proxy(self.controller, self.settings, task)) as proxy:
+            yield proxy
+
+
+def _level(identity: Identity) -> str:
+    return "whole actions" if identity.action_level else "one call a step"
+
+
+OFFICIAL_OPTIONS = ("options.yml", "options.yaml")
+
+CONTROL_OF = {control.official_name: letter for letter, control in CONTROLS.items()}
+PERCEPTION_OF = {"R1": "O", "R2": "I"}
+
+
+@dataclass(frozen=True)
+class OfficialOptions:
+    """What a starter kit's options file says, as far as it concerns us; None: nothing.
+
+    Attributes:
+        condition: by environment and action type.
+        objects, steps, trials: how many.
+        goals: the official goal file.
+    """
+
+    condition: str | None = None
+    objects: int | None = None
+    steps: int | None = None
+    trials: int | None = None
+    goals: str | None = None
+
+
+def official_options(folder: Path) -> OfficialOptions:
+    """What the options file in a controller's folder says; raises RealBenchError for a bad one."""
+    from real_bench.yaml_files import read_mapping
+
+    for name in OFFICIAL_OPTIONS:
+        if (folder / name).is_file():
+            values = dict(_leaves(read_mapping(folder / name, "the options file", RealBenchError)))
+            return _understood(values)
+    return OfficialOptions()
+
+
+def _leaves(values: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value)
+        else:
+            yield str(name), value
+
+
+def _understood(values: Mapping[str, Any]) -> OfficialOptions:
+    perception = PERCEPTION_OF.get(str(values.get("environment")))
+    control = CONTROL_OF.get(str(values.get("action_type")))
+    condition = perception + control if perception and control else None
+    return OfficialOptions(
+        condition=condition,
+        objects=_number(values.get("n_objects")),
+        steps=_number(values.get("intrinsic_timesteps")),
+        trials=_number(values.get("extrinsic_trials")),
+        goals=_text(values.get("goals_dataset_path")),
+    )
+
+
+def _number(value: Any) -> int | None:
+    try:
+        return int(float(value)) if value is not None and float(value) >= 1 else None
+    except (TypeError, ValueError):
+        return None
+
+
+def _text(value: Any) -> str | None:
+    return value if isinstance(value, str) else None
+
+
+def commands_to_use(
+    controller: str, identity: Identity, condition: str, options: OfficialOptions
+) -> list[list[str]]:
+    """The command lines that play and test a controller, each as its words."""
+    commands = []
+    goals: list[str] = []
+    if options.goals:
+        commands.append(["realbench", "goals", "import", options.goals, "--out", "goals.npy"])
+        goals = ["--goals", "goals.npy"]
+    objects = ["--objects", str(options.objects)] if options.objects not in (None, 1) else []
+    steps = ["--steps", str(options.steps)] if options.steps else []
+    trials = ["--trials", str(options.trials)] if options.trials not in (None, 50) else []
+    whom = ["--controller", controller, "--condition", condition, *objects]
+    if identity.hands_over_state or identity.learns_from_experience:
+        commands.append(["realbench", "intrinsic", *whom, *steps])
+        commands.append(["realbench", "extrinsic", *goals, *trials])
+    else:
+        commands.append(["realbench", "evaluate", *whom, *steps, *goals, *trials])
+    return commands

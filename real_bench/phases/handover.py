@@ -1,0 +1,116 @@
+"""What a controller is given of its own play before it is tested: state and files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError
+from real_bench.phases.proxy import Identity
+from real_bench.recording import ControllerState, Header, Recording
+from real_bench.scoring.result import Learned
+from real_bench.settings import dotted
+from real_bench.source import ControllerSource, is_code_of, resolved
+
+Wanted = Literal["keep", "again", "nothing"]
+"""What is meant where it is not plain: go on with what was learned by other code or settings
+(``keep``), learn again from the recording (``again``), or go on with nothing learned at all."""
+
+
+@dataclass(frozen=True)
+class Handover:
+    """What a controller goes on from.
+
+    Attributes:
+        state, files: as it left them; empty where it left nothing, or is not to be given it.
+        learned: the code and settings that made the state; None where there is no state.
+    """
+
+    state: ControllerState = field(default_factory=dict)
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    learned: Learned | None = None
+
+
+NOTHING = Handover()
+
+
+def handed_over(
+    run: Path, controller: str, identity: Identity, condition: Condition, wanted: Wanted | None
+) -> Handover:
+    """What a recording holds for a controller; nothing where another one played.
+
+    Args:
+        run: the recording.
+        controller: what the user names it by.
+        identity: what the controller is now.
+        condition: of the test.
+        wanted: what is meant where the recording alone does not say.
+
+    Raises:
+        ControllerError: it is not plain what is meant: what to say, and what that would mean.
+        RecordingError: what was learned may not serve in this condition.
+    """
+    with Recording(run) as recording:
+        header = recording.header
+        if not header.is_of(resolved(controller), identity.code_sha256, identity.class_name):
+            return NOTHING
+        header.check_state_may_serve(condition)
+        state, files = recording.controller_state(), recording.controller_files()
+        code = recording.code_sha256
+    if not (state or files):
+        _check_it_is_no_loss(run, controller, identity, wanted)
+        return NOTHING
+    if wanted == "nothing":
+        raise ControllerError(
+            f"controller {controller}: {run} holds what it learned: leave out --as-made, or use "
+            "--relearn"
+        )
+    if wanted == "again":
+        if not identity.learns_from_experience:
+            raise ControllerError(
+                f"controller {controller} cannot learn from a recording again: it has no "
+                "use_experience()"
+            )
+        return NOTHING
+    changes = list(_changes(header, code, controller, identity))
+    if changes and wanted is None:
+        raise ControllerError(
+            f"controller {controller}: what it learned in {run} was learned with other "
+            f"{'; other '.join(changes)}: say --keep-learned to go on with that, or --relearn to "
+            "learn again from the recording"
+        )
+    return Handover(state, files, Learned(code_sha256=code, settings=header.settings))
+
+
+def _check_it_is_no_loss(
+    run: Path, controller: str, identity: Identity, wanted: Wanted | None
+) -> None:
+    """Refuse to test a controller that played as one that knows nothing, unless that is meant."""
+    if wanted is None and not identity.learns_from_experience:
+        raise ControllerError(
+            f"controller {controller}: {run} holds nothing of what it learned, for it has no "
+            "get_state(): it would be tested as it is made. Play and test it in one process "
+            "(realbench evaluate), define get_state() and set_state(), or say --as-made"
+        )
+
+
+def _changes(header: Header, code: str, controller: str, identity: Identity) -> Iterator[str]:
+    if not is_code_of(ControllerSource.of(controller), code):
+        yield "code"
+    before, now = dict(dotted(header.settings)), dict(dotted(_plain(identity.settings)))
+    changed = [
+        f"{name}={before.get(name)}, now {now.get(name)}"
+        for name in sorted({*before, *now})
+        if before.get(name) != now.get(name)
+    ]
+    if changed:
+        yield f"settings ({'; '.join(changed)})"
+
+
+def _plain(settings: Mapping[str, object]) -> dict[str, object]:
+    plain: dict[str, object] = json.loads(json.dumps(dict(settings)))
+    return plain

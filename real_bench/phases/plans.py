@@ -1,0 +1,212 @@
+"""Phases as a user asks for them; what is left out comes from the recording, goals or defaults."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError, RecordingError
+from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
+from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.local import LocalBackend
+from real_bench.phases.proxy import ControllerBackend
+from real_bench.phases.trial import TrialPlan
+from real_bench.recording import Header, Recording
+from real_bench.settings import Values, merged
+from real_bench.simulation import DEFAULT_SCENE, Scene, load_scene
+from real_bench.source import resolved
+
+DEFAULT_RUN = Path("run.h5")
+DEFAULT_RESULT = Path("score.json")
+DEFAULT_CONDITION = "IM"
+
+NEW_RUN: dict[str, Any] = {
+    "controller": None,
+    "condition": DEFAULT_CONDITION,
+    "objects": 1,
+    "scene": DEFAULT_SCENE,
+    "steps": INTRINSIC_STEPS,
+    "seed": 0,
+    "images": None,
+    "settings": {},
+}
+
+log = logging.getLogger(__name__)
+
+
+def plan_play(
+    out: Path,
+    *,
+    resume: bool = False,
+    settings: Mapping[str, Any] | None = None,
+    backend: ControllerBackend | None = None,
+    **given: Any,
+) -> IntrinsicPhase:
+    """An intrinsic phase; what is None or left out is the recording's, or a new run's default.
+
+    Args:
+        out: the recording.
+        resume: take from the recording, where there is one, what is left out.
+        settings: values for the controller's settings, above those of the recording.
+        backend: where the controller runs; our own process unless told otherwise.
+        **given: ``controller``, ``condition``, ``objects``, ``scene``, ``steps``, ``seed``,
+            ``images``.
+
+    Raises:
+        RealBenchError: there is no controller, or something does not exist.
+    """
+    backend = backend or LocalBackend()
+    known = NEW_RUN
+    if resume and out.exists():
+        known = _recorded(out, given.get("controller"), backend)
+    chosen = {**known, **{key: value for key, value in given.items() if value is not None}}
+    if chosen["controller"] is None:
+        raise RealBenchError("a controller is missing (try --controller real_r)")
+    chosen["settings"] = merged(known["settings"], settings or {})
+    chosen["condition"] = Condition.parse(chosen["condition"])
+    chosen["scene"] = load_scene(chosen["scene"])
+    return IntrinsicPhase(out=out, backend=backend, **chosen)
+
+
+def plan_test(
+    *,
+    controller: str | None = None,
+    run: Path | None = None,
+    run_steps: int | None = None,
+    goals: Path | GoalSet | None = None,
+    condition: str | None = None,
+    objects: int | None = None,
+    scene: str | None = None,
+    seed: int | None = None,
+    settings: Mapping[str, Any] | None = None,
+    backend: ControllerBackend | None = None,
+    trial_steps: int = TRIAL_STEPS,
+    **options: Any,
+) -> TrialPlan:
+    """Trials; what is left out is the recording's, or follows from the goals.
+
+    Args:
+        controller: name, ``module:Class`` or file; the recording's where it is left out.
+        run: the recording to learn from; ``run.h5`` here where that is there, and fits.
+        run_steps: learn only from its first steps.
+        goals: a goal set or its file; the shipped one where it is left out.
+        condition: two letters; the recording's, or IM.
+        objects: how many; the recording's, or as the goals have.
+        scene: its name or manifest; the recording's, or ``official``.
+        seed: of the test; the recording's, or 0.
+        settings: values for the controller's settings, above those of the recording.
+        backend: where the controller runs; our own process unless told otherwise.
+        trial_steps: length of a trial.
+        **options: ``videos``, ``pictures``, ``explanations``, ``wanted`` of a
+            :class:`~real_bench.phases.trial.TrialPlan`.
+
+    Raises:
+        RealBenchError: there is no controller, the recording does not fit, or something does not
+            exist.
+    """
+    backend = backend or LocalBackend()
+    path, header = _found(run, optional=controller is not None)
+    given = goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
+    known = header.objects if header else given.n_objects if given else 1
+    n_objects = known if objects is None else objects
+    if scene is None:
+        scene = header.scene_source if header else DEFAULT_SCENE
+    if condition is None:
+        condition = header.condition if header else DEFAULT_CONDITION
+    loaded = load_scene(scene)
+    loaded.object_names(n_objects)
+    asked = Condition.parse(condition)
+    if header and (misfits := header.misfits(asked, n_objects, loaded.sha256)):
+        if run is not None:
+            raise RecordingError(f"{run} does not fit this test: {'; '.join(misfits)}")
+        log.info("%s is not used: %s", path, "; ".join(misfits))
+        path = header = None
+    if controller is None and header is None:
+        raise RealBenchError(
+            "a controller is missing, and there is no recording to take it from "
+            "(try --controller real_r)"
+        )
+    return TrialPlan(
+        controller=controller or (header.controller_source if header else ""),
+        condition=asked,
+        scene=loaded,
+        goal_set=goals_for_test(given, n_objects, loaded),
+        seed=seed if seed is not None else (header.seed if header else 0),
+        trial_steps=trial_steps,
+        run=path,
+        run_steps=run_steps,
+        settings=merged(recorded_settings(header, controller, backend), settings or {}),
+        backend=backend,
+        **options,
+    )
+
+
+def plan_test_after(
+    phase: IntrinsicPhase, goals: Path | GoalSet | None, trial_steps: int
+) -> TrialPlan:
+    """Trials of the controller that has just played, in the same process."""
+    given = goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
+    return TrialPlan(
+        controller=phase.controller,
+        condition=phase.condition,
+        scene=phase.scene,
+        goal_set=goals_for_test(given, phase.objects, phase.scene),
+        seed=phase.seed,
+        trial_steps=trial_steps,
+        run=phase.out,
+        settings=phase.settings,
+        backend=phase.backend,
+    )
+
+
+def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:
+    """The goals that are given, or the shipped ones; raises GoalSetError if they do not fit."""
+    goal_set = given or load_goal_set(shipped_goal_set(n_objects))
+    goal_set.check_fits(scene, n_objects)
+    return goal_set
+
+
+def recorded_settings(
+    header: Header | None, controller: str | None, backend: ControllerBackend
+) -> Values:
+    """The settings that a run was played with, if its controller is the one that is asked for."""
+    if header is None or controller is None:
+        return header.settings if header else {}
+    one = backend.identity(controller, None)
+    same = header.is_of(resolved(controller), one.code_sha256, one.class_name)
+    return header.settings if same else {}
+
+
+def _recorded(path: Path, controller: str | None, backend: ControllerBackend) -> dict[str, Any]:
+    """What a recording was made with; settings only for its own controller."""
+    with Recording(path) as recording:
+        header = recording.header
+        return {
+            "controller": header.controller_source,
+            "condition": header.condition,
+            "objects": header.objects,
+            "scene": header.scene_source,
+            "steps": recording.total_steps,
+            "seed": header.seed,
+            "images": header.images,
+            "settings": recorded_settings(header, controller, backend),
+        }
+
+
+def _found(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
+    """The recording that is asked for, or the default one where there is one."""
+    path = run or DEFAULT_RUN
+    if run is None and not path.exists():
+        return None, None
+    try:
+        with Recording(path) as recording:
+            return path, recording.header
+    except RecordingError as error:
+        if run is not None or not optional:
+            raise
+        log.info("%s is not used: %s", path, error)
+        return None, None

@@ -1,0 +1,62 @@
+"""A fingerprint of this machine's physics.
+
+The same commands move objects otherwise where pybullet was compiled otherwise, or where the
+mathematical library chooses other instructions for another processor: by the last bit at first, by
+metres after a few pushes. No version number tells that. So a short simulation, always the same, is
+hashed: its hash is the same exactly where recordings and results replay bit for bit.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+from real_bench.quoting import quoted
+
+PHYSICS = "physics"
+"""What the fingerprint is called among the versions of recordings and results."""
+
+REFERENCE = "3183ea3a179b7b3c"
+"""Of pybullet 3.2.7 from PyPI (x86-64, Linux) on processors with AVX2, where all kept results and
+the comparisons with the official environment were made."""
+
+SCENE = "builtin"  # ships with the package
+N_OBJECTS = 3
+SWEEP = (-0.1, -0.45, -0.1, 0.45)  # a macro that pushes all three
+WAY_HOME = 3
+"""The last commands of a macro, in which nothing is pushed any more."""
+
+UNKNOWN = "unknown"
+
+
+@cache
+def fingerprint() -> str:
+    """The fingerprint, 16 hexadecimal digits; simulates some 0.2 s when first asked for."""
+    import numpy as np
+
+    from real_bench.controls.macro import plan_macro
+    from real_bench.simulation import Simulation, load_scene
+
+    digest = hashlib.sha256()
+    with Simulation(load_scene(SCENE), N_OBJECTS) as simulation:
+        for command, n_steps in plan_macro(SWEEP, simulation)[:-WAY_HOME]:
+            simulation.hold(command, n_steps)
+            for numbers in (command, simulation.joint_positions(), simulation.object_poses()):
+                digest.update(np.asarray(numbers, "<f8").tobytes())
+    return digest.hexdigest()[:16]
+
+
+def physics_of(versions: Mapping[str, str]) -> str:
+    """The fingerprint that a recording or result keeps; ``unknown`` where it is older."""
+    return versions.get(PHYSICS, UNKNOWN)
+
+
+def mixture(fingerprints: Sequence[str]) -> str:
+    """What is to be said of scores of different physics together; nothing where it is one."""
+    counted = Counter(fingerprints).most_common()
+    if len(counted) < 2:
+        return ""
+    told = ", ".join(f"{number} of {quoted(kind)}" for kind, number in counted)
+    return f"results of different physics are mixed ({told}): the same commands end otherwise"

@@ -1,0 +1,115 @@
+"""A report from the files that it is about."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from real_bench.errors import GoalSetError, RealBenchError, ResultError
+from real_bench.experiments import read_spec
+from real_bench.experiments.running import Experiment
+from real_bench.experiments.table import cells, headings, notes
+from real_bench.figures import FIGURES, Asked, read_figure_data
+from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
+from real_bench.report.page import Chart, Report, Table
+from real_bench.report.parts import Tested, read_played, read_tested
+from real_bench.report.pictures import data_uri
+from real_bench.scoring.result import load_result
+
+Progress = Callable[[int, str], None]
+"""Told how many results are read, and the name of the next."""
+
+
+@dataclass(frozen=True)
+class ReportFiles:
+    """What a report is about.
+
+    Attributes:
+        experiments: of which the table is shown.
+        recordings, results: which are shown, and drawn.
+        goals: goal sets that were tested, for their pictures; the shipped ones are known.
+        videos: the folder with films of the trials of the only result.
+    """
+
+    experiments: Sequence[Path] = ()
+    recordings: Sequence[Path] = ()
+    results: Sequence[Path] = ()
+    goals: Sequence[Path] = ()
+    videos: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.videos is not None and len(self.results) != 1:
+            raise RealBenchError(f"--videos are of one result, not of {len(self.results)}")
+
+
+def make_report(
+    files: ReportFiles, title: str, progress: Progress = lambda done, name: None
+) -> Report:
+    """Read all, draw what can be drawn, and remark on what cannot; raises RealBenchError."""
+    tables = [_table(path) for path in files.experiments]
+    plays = [read_played(path) for path in files.recordings]
+    sets = _goal_sets(files.goals, files.results)
+    tests: list[Tested] = []
+    for path in files.results:
+        progress(len(tests), path.name)
+        tests.append(read_tested(path, plays, sets, files.videos))
+    charts, remarks = _charts(files.recordings, files.results)
+    return Report(title, tables, plays, tests, charts, [*remarks, *_lacking(tests)])
+
+
+def _table(path: Path) -> Table:
+    experiment = Experiment(read_spec(path))
+    rows = experiment.rows()
+    return Table(
+        title=experiment.spec.title,
+        headings=tuple(headings()),
+        rows=tuple(tuple(cells(row)) for row in rows),
+        notes=tuple(notes(rows)),
+        command=f"realbench table {path}",
+    )
+
+
+def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str | None, GoalSet]]:
+    """The goal sets that results may be of, and how the command line names them."""
+    found: list[tuple[str | None, GoalSet]] = [(str(file), load_goal_set(file)) for file in files]
+    for objects in sorted({load_result(path).setting.objects for path in results}):
+        try:
+            found.append((None, load_goal_set(shipped_goal_set(objects))))
+        except GoalSetError:
+            continue
+    return found
+
+
+def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[Chart], list[str]]:
+    """The figures that can be drawn, and what is to be said of those that cannot."""
+    remarks: list[str] = []
+    try:
+        material = read_figure_data(recordings, results, Asked())
+    except ResultError as error:
+        remarks.append(f"no figures of scores: {error}")
+        material = read_figure_data(recordings, [], Asked())
+    charts = [
+        Chart(
+            name=kind.name,
+            shows=kind.shows,
+            width_cm=drawing.width_cm,
+            svg=data_uri(drawing.svg(), "image/svg+xml"),
+            csv=data_uri(drawing.numbers.csv(), "text/csv"),
+        )
+        for kind in FIGURES
+        if (drawing := kind.draw(material)) is not None
+    ]
+    return charts, remarks
+
+
+def _lacking(tests: Sequence[Tested]) -> list[str]:
+    """What pictures there are not, and how to have them."""
+    told = []
+    for test in tests:
+        if test.trials[0].goal is None:
+            told.append(f"{test.file}: no pictures of its goals; name its goal set with --goals")
+        if test.trials[0].end is None:
+            scene = test.result.setting.scene
+            told.append(f"{test.file}: no pictures of its ends; scene {scene} is not as it was")
+    return told

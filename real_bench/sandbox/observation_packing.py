@@ -1,0 +1,63 @@
+"""Observations on their way to an isolated controller: only what it cannot know already.
+
+Images that the camera did not take are zeros, and what is said of the goal stays the same within
+one world: neither is sent. ``None`` stands for both.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from real_bench.observation import CAMERA_KEYS, GOAL_KEYS, Observation
+
+
+def packed(observation: Observation, world_told: int) -> dict[str, Any]:
+    """An observation without what the child has; ``world_told`` is the last it was told of."""
+    known = GOAL_KEYS if observation.world == world_told else frozenset()
+    left_out = observation.dark | known
+    return {key: None if key in left_out else observation[key] for key in observation}
+
+
+class Unpacker:
+    """Puts observations together again; no two share any memory."""
+
+    def __init__(self, observation_space: spaces.Dict) -> None:
+        # how to make what is not told: darkness always the same way, a goal's as it was last told
+        self._has_goal = False
+        self._untold: dict[str, Callable[[], Any]] = {
+            key: partial(np.zeros, space.shape, space.dtype)
+            for key, space in observation_space.items()
+            if key in CAMERA_KEYS
+        }
+
+    def unpacked(self, told: Mapping[str, Any]) -> Observation:
+        """The whole observation."""
+        for key in GOAL_KEYS & told.keys():
+            if told[key] is not None:
+                self._untold[key] = _copies(told[key])
+        if told["goal"] is not None:
+            self._has_goal = bool(told["goal"].any())
+        dark = frozenset(key for key in CAMERA_KEYS & told.keys() if told[key] is None)
+        senses = {
+            key: self._untold[key] if value is None else partial(_itself, value)
+            for key, value in told.items()
+        }
+        return Observation(senses, dark, has_goal=self._has_goal)
+
+
+def _itself(value: Any) -> Any:
+    return value
+
+
+def _copies(value: Any) -> Callable[[], Any]:
+    """What makes copies of a value; zeros that nobody reads cost nothing."""
+    if isinstance(value, np.ndarray) and not value.any():
+        return partial(np.zeros, value.shape, value.dtype)
+    kept = copy.deepcopy(value)
+    return partial(copy.deepcopy, kept)

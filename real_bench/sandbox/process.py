@@ -1,0 +1,158 @@
+"""The process that an isolated controller runs in: started, listened to, and ended for good."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+from contextlib import ExitStack, suppress
+from typing import IO
+
+from real_bench.errors import ControllerError
+from real_bench.locks import own_folder
+from real_bench.sandbox.channel import Channel
+from real_bench.sandbox.limits import Limits
+from real_bench.sandbox.support import SandboxSupport, Site, bubblewrap_options, python_command
+from real_bench.sandbox.visible_files import VisibleFiles
+
+OUTPUT_BYTES = 1 << 20
+KEPT_VARIABLES = (
+    "LANG",
+    "LC_ALL",
+    "TZ",
+    "OMP_NUM_THREADS",  # how many threads there are decides how sums are split
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+)
+PATIENCE_S = 5.0
+
+
+class Process:
+    """One child; nothing of it is left after :meth:`close`."""
+
+    def __init__(self, support: SandboxSupport, visible: VisibleFiles, limits: Limits) -> None:
+        self._support = support
+        with ExitStack() as held:
+            folder = held.enter_context(own_folder("realbench-proxy-"))
+            ours, theirs = socket.socketpair()
+            with ours, theirs:
+                site = Site(folder, theirs.fileno())
+                self.inbox = site.inbox
+                site.inbox.mkdir()
+                site.tmp.mkdir()
+                self._child = _started(support, visible, limits, site)
+                self.channel = Channel(ours.dup())
+            self._held = held.pop_all()
+        self._output = _Output(self._child.stdout)
+
+    def close(self) -> None:
+        """Kill it, and all that it started; safe to call again."""
+        with suppress(OSError, ValueError):
+            os.killpg(self._child.pid, signal.SIGKILL)
+        self._child.wait()
+        self._output.join()
+        self.channel.close()
+        self._held.close()
+
+    def exit_reason(self) -> str:
+        """How it ended, once its end of the channel is closed."""
+        try:
+            code = self._child.wait(PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            return "its process closed the channel to the benchmark"
+        self._output.join()
+        said = self._output.last_line
+        if self._support.bubblewrap and code > 128:  # which reports a signal as shells do
+            code = 128 - code
+        how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
+        return f"its process ended {how}" + (f" (it last said: {said})" if said else "")
+
+
+class _Output:
+    """Passes on what a child prints, as much as one may want to read, as plain text."""
+
+    def __init__(self, stream: IO[bytes] | None) -> None:
+        self._stream = stream
+        self._left = OUTPUT_BYTES
+        self._end = b""
+        self._thread = threading.Thread(target=self._pass_on, daemon=True)
+        self._thread.start()
+
+    @property
+    def last_line(self) -> str:
+        """The last line that says something."""
+        text = printable(self._end.decode(errors="replace"))
+        lines = [line for line in text.splitlines() if line.strip()]
+        return lines[-1].strip()[:300] if lines else ""
+
+    def join(self) -> None:
+        """Wait until all that was printed is passed on."""
+        self._thread.join(PATIENCE_S)
+
+    def _pass_on(self) -> None:
+        if self._stream is None:
+            return
+        with self._stream as stream:
+            while piece := os.read(stream.fileno(), 1 << 16):
+                self._end = (self._end + piece)[-4096:]
+                if self._left <= 0:  # it must be read all the same, or the child would stand still
+                    continue
+                shown, self._left = piece[: self._left], self._left - len(piece)
+                _show(printable(shown.decode(errors="replace")))
+                if self._left <= 0:
+                    _show(f"\n(it printed {OUTPUT_BYTES} bytes: the rest is not shown)\n")
+
+
+def printable(text: str) -> str:
+    """Text without what would move the cursor of a terminal."""
+    return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in text)
+
+
+def _show(text: str) -> None:
+    with suppress(OSError, ValueError):
+        sys.stderr.write(text)
+        sys.stderr.flush()
+
+
+def _started(
+    support: SandboxSupport, visible: VisibleFiles, limits: Limits, site: Site
+) -> subprocess.Popen[bytes]:
+    command = python_command(support, visible, limits, site)
+    inherited = [site.channel]
+    with tempfile.TemporaryFile() as options:
+        if support.bubblewrap:
+            # In a file, since a sandboxed process may read the command line of its sandbox.
+            options.write("\0".join(bubblewrap_options(visible, site)).encode())
+            options.seek(0)
+            inherited.append(options.fileno())
+            command = [support.bubblewrap, "--args", str(options.fileno()), "--", *command]
+        try:
+            return subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                pass_fds=inherited,
+                env=_environment(support, site),
+                cwd="/" if support.bubblewrap else site.tmp,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise ControllerError(f"a process for the controller cannot start: {error}") from error
+
+
+def _environment(support: SandboxSupport, site: Site) -> dict[str, str]:
+    tmp = "/tmp" if support.bubblewrap else str(site.tmp)
+    kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
+    return {"PATH": "/usr/bin:/bin", "HOME": tmp, "TMPDIR": tmp, **kept}
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

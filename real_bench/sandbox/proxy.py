@@ -1,0 +1,176 @@
+"""A controller in a process of its own, as the phases see it: a proxy like any other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action, Command, check_action, check_command
+from real_bench.controls import Control
+from real_bench.errors import ActionError
+from real_bench.explanation import Explanation
+from real_bench.observation import Observation
+from real_bench.phases.proxy import Identity, fault
+from real_bench.recording import ControllerState, Experience
+from real_bench.recording.excerpt import write_excerpt
+from real_bench.recording.state import restore_state, strip_state
+from real_bench.sandbox.observation_packing import packed
+from real_bench.sandbox.rpc_client import EXPLANATION, STATE, RpcClient
+from real_bench.sandbox.working_directory import is_plain_path
+
+Arrays = list[NDArray[Any]]
+
+
+class SandboxProxy:
+    """A controller behind a channel. What comes back is plain data, checked here once more.
+
+    Args:
+        spec: how the user names it, for messages.
+        identity: what it is.
+        control: what its commands must fit.
+        client: with the process that it is in.
+        number: which of the copies in that process it is; 0 is the one they were made from.
+    """
+
+    def __init__(
+        self,
+        spec: str,
+        identity: Identity,
+        control: Control,
+        client: RpcClient,
+        number: int = 0,
+    ) -> None:
+        self.spec, self.identity = spec, identity
+        self.client = client
+        self._control, self._number = control, number
+
+    def seed(self, seed: int) -> None:
+        """Seed it, and what controllers draw from without being asked to."""
+        self._ask("seed", seed)
+
+    def call(self, hook: str, *arguments: Any) -> None:
+        """Call a hook: with an experience, or an observation, reward and done, or nothing."""
+        self._ask("call", hook, [self._told(argument) for argument in arguments])
+
+    def next_action(self, observation: Observation) -> Action:
+        """The next whole action, one that can be executed; what it looks at is sent as it asks."""
+        answer = self._ask("next_action", list(observation), seen=observation)
+        try:
+            return check_action(_action(answer), self._control)
+        except ActionError as error:
+            raise fault(self, f"next_action() returned a bad action: {error}") from error
+
+    def step(self, observation: Observation) -> tuple[Command, bool]:
+        """The next step's command, and whether images are wanted."""
+        told = packed(observation, self.client.world_told)
+        self.client.world_told = observation.world
+        match self._ask("step", told):
+            case [np.ndarray() as command, bool(render)]:
+                pass
+            case _:
+                raise fault(self, "step() returned a bad action: it is not a command")
+        try:
+            return check_command(command, self._control), render
+        except ActionError as error:
+            raise fault(self, f"step() returned a bad action: {error}") from error
+
+    def explain(self) -> Explanation | None:
+        """Why it chose its last action, where it says so."""
+        match self._ask("explain", size=EXPLANATION):
+            case None:
+                return None
+            case [str(title), facts, list(actions), positions]:
+                pass
+            case _:
+                raise fault(self, "explain() returned a bad explanation")
+        try:
+            if not (positions is None or isinstance(positions, np.ndarray)):
+                raise ActionError("positions must be an array")
+            made = tuple(map(_action, actions))
+            return Explanation(title[:200], self._restored(facts), made, positions)
+        except ActionError as error:
+            raise fault(self, f"explain() returned a bad explanation: {error}") from error
+
+    def get_state(self) -> ControllerState:
+        """What it hands over."""
+        return self._restored(self._ask("get_state", size=STATE))
+
+    def set_state(self, state: ControllerState) -> None:
+        """Go on from a state; an empty one is none."""
+        self._ask("set_state", *strip_state(state))
+
+    def use_experience(self, experience: Experience) -> None:
+        """Give it the triplets of the intrinsic phase."""
+        self.call("use_experience", experience)
+
+    def get_files(self) -> dict[str, bytes]:
+        """What it has written into its working directory, by name."""
+        match self.client.ask("get_files", size=STATE):
+            case [list(names), list(contents)] if len(names) == len(contents):
+                pass
+            case _:
+                raise fault(self, "its process does not say what files it wrote")
+        if not all(isinstance(name, str) and is_plain_path(name) for name in names):
+            raise fault(self, "its process gives a file a name that leads elsewhere")
+        if not all(isinstance(one, np.ndarray) and one.dtype == np.uint8 for one in contents):
+            raise fault(self, "its process gives files that are not of bytes")
+        return dict(zip(names, (content.tobytes() for content in contents), strict=True))
+
+    def copy(self) -> SandboxProxy:
+        """An independent copy of the controller as it is now, in the same process."""
+        number = self._ask("copy")
+        if type(number) is not int:
+            raise fault(self, "its process does not say which copy it made")
+        return SandboxProxy(self.spec, self.identity, self._control, self.client, number)
+
+    def close(self) -> None:
+        """A copy is forgotten; with the first one the process ends."""
+        if self._number == 0:
+            self.client.close()
+        elif not self.client.is_over:
+            self._ask("forget")
+
+    def _ask(self, question: str, *arguments: Any, **options: Any) -> Any:
+        return self.client.ask(question, self._number, *arguments, **options)
+
+    def _told(self, argument: Any) -> Any:
+        if isinstance(argument, Experience):
+            path = self.client.new_file()
+            write_excerpt(argument, path)
+            return {
+                "path": str(path),
+                "condition": argument.condition.name,
+                "n_steps": argument.n_steps,
+            }
+        return {"observed": packed(argument, -1)} if type(argument) is Observation else argument
+
+    def _restored(self, answer: Any) -> ControllerState:
+        match answer:
+            case [str(structure), list(arrays)]:
+                pass
+            case _:
+                raise fault(self, "its process hands over no state")
+        try:
+            if not all(isinstance(array, np.ndarray) for array in arrays):
+                raise ValueError("an array is none")
+            return restore_state(structure, lambda number: arrays[number])
+        except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            raise fault(self, f"its process hands over a damaged state: {error}") from error
+
+
+def put_files(client: RpcClient, files: Mapping[str, bytes]) -> None:
+    """Put files into the working directory, before the controller is imported."""
+    if files:
+        contents = [np.frombuffer(content, np.uint8) for content in files.values()]
+        client.ask("put_files", list(files), contents)
+
+
+def _action(answer: Any) -> Action:
+    match answer:
+        case [np.ndarray() as commands, np.ndarray() as n_steps, np.ndarray() as line]:
+            return Action(commands, n_steps, line)
+        case _:
+            raise ActionError("an action was expected")

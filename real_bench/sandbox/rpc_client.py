@@ -1,0 +1,143 @@
+"""Questions to an isolated controller, each answered in time or not at all."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from real_bench.errors import ControllerError
+from real_bench.sandbox.channel import Closed, Late
+from real_bench.sandbox.limits import Limits
+from real_bench.sandbox.messages import MessageError, Size, check_plain
+from real_bench.sandbox.process import Process, printable
+from real_bench.sandbox.support import SandboxSupport
+from real_bench.sandbox.visible_files import VisibleFiles
+
+ANSWER = Size(structure=1 << 16, numbers=1 << 24)
+EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)
+STATE = Size(structure=1 << 24, numbers=1 << 31)
+MAX_FAULT_LETTERS = 2000
+
+
+class RpcClient:
+    """What one child is asked, and what it answers.
+
+    The child asks back for what it wants to see while it is being asked for an action.
+
+    Args:
+        spec: how the user names the controller, for messages.
+        visible: what it sees of the file system.
+
+    Attributes:
+        world_told: the number of the last world that it was told of.
+        limits: what it may use up.
+    """
+
+    def __init__(
+        self, spec: str, visible: VisibleFiles, limits: Limits, support: SandboxSupport
+    ) -> None:
+        self.spec = spec
+        self.world_told = -1
+        self.limits, self._time_left = limits, limits.total_s
+        self._process = Process(support, visible, limits)
+        self._end: ControllerError | None = None
+        self._n_files = 0
+
+    def ask(
+        self,
+        question: str,
+        *arguments: Any,
+        size: Size = ANSWER,
+        seen: Mapping[str, Any] | None = None,
+    ) -> Any:
+        """The answer to a question; raises ControllerError, and then no more can be asked.
+
+        Args:
+            question: the name of what the child is to do.
+            *arguments: what it needs for that.
+            size: the largest answer.
+            seen: what the child may ask back for.
+        """
+        if self._end is not None:
+            raise self._end
+        began = time.monotonic()
+        allowed = min(self.limits.call_s, self._time_left)
+        try:
+            return self._answer(question, arguments, size, seen or {}, began + allowed)
+        except Late:
+            raise self._ended(f"{_what(question, arguments)} {self._too_late(allowed)}") from None
+        except MessageError as error:
+            raise self._ended(f"a message of its process is refused: {error}") from error
+        except Closed:
+            how = self._process.exit_reason()
+            raise self._ended(f"{how} in {_what(question, arguments)}") from None
+        except ControllerError as error:
+            self._end = error  # it is the reason for whatever else fails from now on
+            self.close()
+            raise
+        except BaseException:
+            self.close()  # interrupted between question and answer: nothing fits any more
+            raise
+        finally:
+            self._time_left -= time.monotonic() - began
+
+    def new_file(self) -> Path:
+        """Where to put a file that the child is to read."""
+        self._n_files += 1
+        return self._process.inbox / f"experience-{self._n_files}.h5"
+
+    def fault(self, what: str) -> ControllerError:
+        """An error that names the controller."""
+        return ControllerError(f"controller {self.spec}: {what}")
+
+    def close(self) -> None:
+        """End the child."""
+        self._end = self._end or self.fault("its process was ended")
+        self._process.close()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no more can be asked."""
+        return self._end is not None
+
+    def _answer(
+        self,
+        question: str,
+        arguments: tuple[Any, ...],
+        size: Size,
+        seen: Mapping[str, Any],
+        deadline: float,
+    ) -> Any:
+        channel = self._process.channel
+        channel.send([question, *arguments], deadline)
+        while True:
+            match channel.receive(size, deadline):
+                case ["answer", answer]:
+                    check_plain(answer)
+                    return answer
+                case ["sense", str(key)] if key in seen:
+                    channel.send(seen[key], deadline)
+                case ["fault", str(text)]:
+                    raise ControllerError(" ".join(printable(text[:MAX_FAULT_LETTERS]).split()))
+                case _:
+                    raise MessageError("it answers what was not asked")
+
+    def _ended(self, what: str) -> ControllerError:
+        self._end = self.fault(what)
+        self.close()
+        return self._end
+
+    def _too_late(self, allowed: float) -> str:
+        if allowed < self.limits.call_s:
+            return f"did not end within the {self.limits.total_s:g} s of --total-limit"
+        return f"did not end within the {self.limits.call_s:g} s of --call-limit"
+
+
+def _what(question: str, arguments: tuple[Any, ...]) -> str:
+    """What the controller was doing, as its author knows it."""
+    if question == "call":
+        return f"{arguments[1]}()"
+    names = {"identity": "its import", "make": "its making", "copy": "its copying"}
+    return names.get(question, f"{question}()")

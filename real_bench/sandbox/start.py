@@ -1,0 +1,72 @@
+"""What the child runs first: give up what a controller must not have, then serve.
+
+A script, run by its path. Until the rights are given up it uses nothing but the standard library:
+libraries such as numpy start threads, which would keep theirs.
+"""
+
+import ctypes
+import json
+import os
+import platform
+import resource
+import runpy
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+_SET_PARENT_DEATH_SIGNAL = 1
+
+
+def main() -> None:
+    """Run by the parent with one argument, JSON: see ``support.py``."""
+    told = json.loads(sys.argv[1])
+    _die_with_parent(told["parent"])
+    _limit(told["memory_bytes"], told["file_bytes"])
+    if told["reach"] is not None:
+        _part("landlock")["restrict"](**told["reach"])
+    if told["seccomp"]:
+        _part("seccomp")["restrict"]()
+    _work_in(told["workplace"])
+    del sys.argv[1:]
+    sys.path += told["import_from"]
+
+    from real_bench.sandbox.child import serve
+
+    serve(told["channel"])
+
+
+def _part(name: str) -> dict[str, Any]:
+    return runpy.run_path(str(Path(__file__).with_name(f"{name}.py")))
+
+
+def _work_in(workplace: "dict[str, Any]") -> None:
+    paths = {name: [Path(path) for path in workplace[name]] for name in ("own", "hidden")}
+    folder = workplace["folder"]
+    try:
+        _part("working_directory")["make"](
+            Path(workplace["place"]), folder and Path(folder), **paths
+        )
+    except OSError as error:
+        sys.exit(f"its folder cannot be copied into its working directory: {error}")
+
+
+def _die_with_parent(parent: "int | None") -> None:
+    """Where the parent dies in whatever way, so does this process; in a sandbox that sees to it."""
+    if parent is None or platform.system() != "Linux":
+        return
+    ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def _limit(memory_bytes: int, file_bytes: int) -> None:
+    limits = {"AS": memory_bytes, "FSIZE": file_bytes, "CORE": 0, "NOFILE": 256}
+    for name, limit in limits.items():
+        with suppress(ValueError, OSError):  # a system may lack one, or be stricter already
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (limit, limit))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""What of the file system an isolated controller sees: Python, its packages, its own files."""
+
+from __future__ import annotations
+
+import site
+import sys
+import sysconfig
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from real_bench.errors import ControllerError
+from real_bench.sandbox.benchmark_files import is_ours
+from real_bench.source import OURS, ControllerSource, is_left_out, module_place
+
+SYSTEM = (
+    "/usr",
+    "/bin",
+    "/lib",
+    "/lib32",
+    "/lib64",
+    "/etc/alternatives",
+    "/etc/ld.so.cache",
+    "/etc/localtime",
+    "/sys/devices/system/cpu",  # how many cores there are, which decides how sums are split
+)
+
+
+@dataclass(frozen=True)
+class VisibleFiles:
+    """Paths that are seen, read-only, at the places where they are.
+
+    Attributes:
+        own: the files and folders that the controller came with.
+        shared: Python, its packages, and the system's libraries.
+        hidden: folders and files among these that are not seen: goals, recordings and results.
+        import_from: folders to import from beside Python's own.
+        folder: the folder of a controller that is a file; a copy of what is seen of it is the
+            working directory.
+    """
+
+    own: tuple[Path, ...]
+    shared: tuple[Path, ...]
+    hidden: tuple[Path, ...]
+    import_from: tuple[Path, ...] = ()
+    folder: Path | None = None
+
+    def check_hides(self, secrets: Iterable[Path]) -> None:
+        """Raise ControllerError where the controller would see one of these."""
+        for secret in secrets:
+            place = secret.resolve()
+            if _within(place, self.hidden):
+                continue
+            if _within(place, self.own) or _within(place, self.shared):
+                raise ControllerError(
+                    f"{secret} lies where an isolated controller may read: keep it outside of "
+                    "the controller's package, of Python and of the system's folders"
+                )
+
+    def withheld(self) -> list[str]:
+        """What of the controller's own folder is not shown to it, by name."""
+        if self.folder is None:
+            return []
+        return [
+            path.relative_to(self.folder).as_posix()
+            for path in self.hidden
+            if path.is_relative_to(self.folder)
+        ]
+
+
+def visible_files(source: ControllerSource) -> VisibleFiles:
+    """What a controller sees; found without importing any of it.
+
+    Of the folder in which a controller's file lies it sees all that is there at the start, but
+    links, what tools keep there, and recordings, goals and results of ours. What is put there
+    later is not seen, unless into a folder of it.
+
+    Raises:
+        ControllerError: there is no such module.
+    """
+    shared, hidden = tuple(_shared()), tuple(_hidden())
+    if source.file is None:
+        elsewhere = () if _within(source.place, shared) else (source.place.parent,)
+        return VisibleFiles((source.place,), shared, hidden, (*_user_site(), *elsewhere))
+    secret = [path for path in source.files() if is_ours(path)]
+    entries = (path for path in sorted(source.place.iterdir()) if not is_left_out(path))
+    own = tuple(path for path in entries if path not in secret)
+    return VisibleFiles(own, shared, (*hidden, *secret), _user_site(), source.place)
+
+
+def _user_site() -> tuple[Path, ...]:
+    """The user's own packages, where Python uses them; the child is told to ignore the user."""
+    return (Path(site.getusersitepackages()),) if site.ENABLE_USER_SITE else ()
+
+
+def _shared() -> Iterator[Path]:
+    """The system's folders, Python's, and ours; each once, and where it really is."""
+    paths = sysconfig.get_paths()
+    folders = [
+        *SYSTEM,
+        sys.prefix,
+        sys.base_prefix,
+        sys.exec_prefix,
+        sys.base_exec_prefix,
+        *(paths[name] for name in ("stdlib", "platstdlib", "purelib", "platlib")),
+        *site.getsitepackages(),
+        *map(str, _user_site()),
+        str(Path(__file__).parents[1]),
+        *(str(place) for place in [module_place(OURS)] if place),
+    ]
+    found = {Path(folder) for folder in folders} | {Path(folder).resolve() for folder in folders}
+    yield from sorted(path for path in found if path.exists())
+
+
+def _hidden() -> Iterator[Path]:
+    place = module_place("real_bench.goals")
+    if place is not None:
+        yield place
+
+
+def _within(path: Path, roots: Iterable[Path]) -> bool:
+    return any(path.is_relative_to(root.resolve()) for root in roots)

@@ -1,0 +1,60 @@
+"""Results of versions 1 and 2, which kept numbers that follow from others."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from real_bench.scoring.metric import object_scores
+from real_bench.scoring.result_file import VERSION, Content
+
+MOST_GOALS = 100_000
+LARGEST = 1e9
+DERIVED = ("complete", "summary")
+
+
+def in_present_form(content: Content) -> Content:
+    """What a file would say today; summaries are left out, unread.
+
+    Raises:
+        ValueError: it is of an older version, and not as that was.
+    """
+    version = content["version"]
+    if version == VERSION:
+        return content
+    facts = {key: value for key, value in content.items() if key not in DERIVED}
+    setting, trials = facts.get("setting"), facts.get("trials")
+    if not isinstance(setting, dict) or not isinstance(trials, list):
+        raise ValueError("setting or trials are missing")
+    return {
+        **facts,
+        "setting": _setting(setting),
+        "trials": [_trial(trial, keeps_commands=version > 1) for trial in trials],
+    }
+
+
+def _setting(setting: dict[str, Any]) -> dict[str, Any]:
+    """There ``n_goals`` was how many were asked for: the first of the set."""
+    asked = setting.get("n_goals")
+    if not isinstance(asked, int) or not 0 <= asked <= MOST_GOALS or "goal_numbers" in setting:
+        raise ValueError(f"n_goals must be 0 to {MOST_GOALS:,}, and say which are asked for")
+    return {**setting, "n_goals": None, "goal_numbers": tuple(range(asked))}
+
+
+def _trial(trial: Any, *, keeps_commands: bool) -> dict[str, Any]:
+    """There the score was kept beside the distances that it follows from."""
+    if not isinstance(trial, dict) or ("commands" in trial) != keeps_commands:
+        raise ValueError("all trials keep their commands from version 2 on, and none does before")
+    facts = {key: value for key, value in trial.items() if key != "score"}
+    if not _is_score(trial.get("score"), trial.get("distances")):
+        raise ValueError("the score of a trial is not that of its distances")
+    return facts
+
+
+def _is_score(score: Any, away: Any) -> bool:
+    """But for rounding, which may differ between machines."""
+    if not isinstance(away, list):
+        return False
+    if not all(isinstance(each, int | float) and 0 <= each <= LARGEST for each in [score, *away]):
+        return False
+    return math.isclose(score, float(object_scores(away).sum()), rel_tol=1e-9)

@@ -1,0 +1,165 @@
+"""Where a controller's code lies, and its hash: found without running any of it."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.machinery import ModuleSpec
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+from real_bench.errors import ControllerError
+from real_bench.files import file_sha256
+from real_bench.naming import CONTROLLER_FILE
+
+GROUP = "real_bench.controllers"
+OURS = "real_bench.controllers"
+
+CODE = frozenset({".py", ".so", ".pyd", ".pyx"})
+MOST_ENTRIES = 20_000
+"""A folder with more files below it is no controller's own."""
+
+
+@dataclass(frozen=True)
+class ControllerSource:
+    """What a user names a controller by, taken apart.
+
+    Attributes:
+        spec: as the user wrote it.
+        file: the file, where it is one.
+        module: else the module; of an installed controller the one that offers it.
+        class_name: the class; empty where the spec does not say.
+    """
+
+    spec: str
+    file: Path | None
+    module: str
+    class_name: str
+
+    @classmethod
+    def of(cls, spec: str) -> ControllerSource:
+        """Take apart a name, ``module:Class`` or ``path/to/file.py[:Class]``.
+
+        Raises:
+            ControllerError: there is no such file, or no installed controller of that name.
+        """
+        if found := CONTROLLER_FILE.fullmatch(spec):
+            file = Path(found["file"])
+            if not file.is_file():
+                raise ControllerError(f"controller file not found: {file}")
+            return cls(spec, file.resolve(), "", found["name"] or "")
+        module, _, class_name = spec.rpartition(":")
+        if class_name and module:
+            return cls(spec, None, module, class_name)
+        offer = installed(spec)
+        return cls(spec, None, offer.module, offer.attr)
+
+    @cached_property
+    def place(self) -> Path:
+        """All that it could import as its own: its file's folder, its package, or its module.
+
+        Raises:
+            ControllerError: there is no such module.
+        """
+        if self.file is not None:
+            return self.file.parent
+        top = OURS if self.module.startswith(OURS) else self.module.partition(".")[0]
+        found = module_place(top)
+        if found is None:
+            raise ControllerError(f"controller {self.spec} cannot be loaded: no module {top}")
+        return found
+
+    @cached_property
+    def code_sha256(self) -> str:
+        """The hash of all its code: of every code file in its place, by name and content."""
+        digest = hashlib.sha256()
+        for file in self.code_files():
+            name = file.name if file == self.place else file.relative_to(self.place).as_posix()
+            digest.update(f"{name}\0{file_sha256(file)}\n".encode())
+        return digest.hexdigest()
+
+    def code_files(self) -> list[Path]:
+        """Every code file in its place; raises ControllerError where these are too many."""
+        if self.place.is_file():
+            return [self.place]
+        return sorted(file for file in self.files() if file.suffix in CODE)
+
+    def files(self) -> Iterator[Path]:
+        """Every file in its place, but what belongs to tools; raises ControllerError."""
+        for number, path in enumerate(_walk(self.place)):
+            if number == MOST_ENTRIES:
+                raise ControllerError(
+                    f"controller {self.spec}: there are more than {MOST_ENTRIES:,} files in "
+                    f"{self.place}: put the controller in a folder of its own"
+                )
+            yield path
+
+
+def is_left_out(path: Path) -> bool:
+    """Whether something in a controller's folder is no part of it: links, and what tools keep."""
+    return (
+        path.is_symlink()
+        or path.name.startswith(".")
+        or path.name in ("__pycache__", "node_modules")
+        or (path / "pyvenv.cfg").exists()
+    )
+
+
+def _walk(folder: Path) -> Iterator[Path]:
+    for path in sorted(folder.iterdir()):
+        if is_left_out(path):
+            continue
+        if path.is_dir():
+            yield from _walk(path)
+        elif path.is_file():
+            yield path
+
+
+def module_place(module: str) -> Path | None:
+    """The file of a module, or the folder of a package; None where there is none."""
+    try:
+        found: ModuleSpec | None = importlib.util.find_spec(module)
+    except (ImportError, ValueError):
+        return None
+    if found is None:
+        return None
+    if found.submodule_search_locations:
+        return Path(next(iter(found.submodule_search_locations))).resolve()
+    return Path(found.origin).resolve() if found.has_location and found.origin else None
+
+
+def resolved(spec: str) -> str:
+    """The same controller as seen from any folder: a file by its whole path."""
+    found = CONTROLLER_FILE.fullmatch(spec)
+    if not found:
+        return spec
+    return f"{Path(found['file']).resolve()}{found[2] or ''}"
+
+
+def is_installed(spec: str) -> bool:
+    """Whether it is the name of an installed controller: code that the user trusts already."""
+    return any(offer.name == spec for offer in entry_points(group=GROUP))
+
+
+def installed(name: str) -> EntryPoint:
+    """Where an installed controller is; raises ControllerError where there is none of that name."""
+    offers = {offer.name: offer for offer in entry_points(group=GROUP)}
+    if name not in offers:
+        raise ControllerError(
+            f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
+            "module:Class, or path/to/file.py[:Class]"
+        )
+    return offers[name]
+
+
+def is_code_of(source: ControllerSource, sha256: str) -> bool:
+    """Whether this is the code with that hash.
+
+    Recordings and results of before 0.2 have the hash of the one file that defines the class.
+    """
+    return source.code_sha256 == sha256 or any(
+        file_sha256(file) == sha256 for file in source.code_files()
+    )

@@ -1,0 +1,111 @@
+"""What a result claims beside its trials, as far as that can be checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError
+from real_bench.files import file_sha256
+from real_bench.goal_sets import GoalSet, goals_in_proportion
+from real_bench.lengths import TRIAL_STEPS
+from real_bench.quoting import quoted
+from real_bench.recording import Recording
+from real_bench.scoring.result import Result
+from real_bench.scoring.result_file import Content, is_sealed
+from real_bench.simulation.scene import Scene
+from real_bench.source import ControllerSource, is_code_of
+from real_bench.verification.versions import versions_differ
+
+
+class ResultChecks:
+    """The claims of a result, checked one by one.
+
+    Args:
+        content: what the file says.
+        result: what is read of it.
+        scene, goal_set: of the hashes that it names.
+
+    Attributes:
+        faults: what does not hold.
+        notes: what could not be checked, or should be known.
+    """
+
+    def __init__(self, content: Content, result: Result, scene: Scene, goal_set: GoalSet) -> None:
+        self._content, self._result, self._setting = content, result, result.setting
+        self._scene, self._goal_set = scene, goal_set
+        self.faults: list[str] = []
+        self.notes: list[str] = []
+
+    def check(self, run: Path | None, controller: str | None) -> None:
+        """Check all of them, those about recording and controller against what is given.
+
+        Raises:
+            ControllerError: the controller that is given cannot be found.
+            RecordingError: the recording that is given cannot be read.
+        """
+        if not is_sealed(self._content):
+            self.faults.append("the file was altered: its seal is not that of its content")
+        self.notes += versions_differ(self._setting.versions)
+        self._check_names()
+        self._check_goals()
+        self._check_lengths()
+        self._check_run(run)
+        self._check_controller(controller)
+
+    def _check_names(self) -> None:
+        scene, names = self._scene.name, self._goal_set.object_names
+        if (self._setting.scene, self._setting.object_names) != (scene, names):
+            told = f"{self._setting.scene} with {', '.join(self._setting.object_names)}"
+            self.faults.append(
+                f"it names scene {quoted(told)}, these are {scene} with {', '.join(names)}"
+            )
+
+    def _check_goals(self) -> None:
+        """Nobody chooses the goals of a part: the easy ones of a set would pass for it."""
+        asked, size = self._setting.goal_numbers, len(self._goal_set)
+        if self._setting.n_goals is None:  # of an older version
+            chosen = tuple(range(len(asked)))
+        else:
+            chosen = goals_in_proportion(self._goal_set.classes, len(asked))
+        if asked != chosen:
+            self.faults.append(
+                f"its {len(asked)} goals are not those that a test of {len(asked)} goals takes"
+            )
+        if len(asked) < size:
+            self.notes.append(f"only {len(asked)} of the {size} goals were asked for")
+
+    def _check_lengths(self) -> None:
+        if self._setting.trial_steps != TRIAL_STEPS:
+            self.notes.append(
+                f"trials are of {self._setting.trial_steps:,} steps, not {TRIAL_STEPS:,}"
+            )
+
+    def _check_run(self, run: Path | None) -> None:
+        setting = self._setting
+        if run is None:
+            if setting.run_sha256 or setting.run_steps:
+                self.notes.append("what it learned from was not checked (give it with --run)")
+            return
+        with Recording(run) as recording:
+            condition = Condition.parse(setting.condition)
+            misfits = recording.header.misfits(condition, setting.objects, setting.scene_sha256)
+            n_steps = recording.n_steps
+        if file_sha256(run) != setting.run_sha256:
+            misfits.append("its hash is another one")
+        if not 1 <= setting.run_steps <= n_steps:
+            misfits.append(f"it has {n_steps:,} steps, not {setting.run_steps:,}")
+        self.faults += [f"{run} is not what it learned from: {misfit}" for misfit in misfits]
+
+    def _check_controller(self, controller: str | None) -> None:
+        named = self._setting.controller if controller is None else controller
+        try:
+            is_the_one = is_code_of(ControllerSource.of(named), self._setting.controller_sha256)
+        except ControllerError:
+            if controller is not None:
+                raise
+            self.notes.append(f"controller {quoted(named)} is not here: its hash is not checked")
+            return
+        if not is_the_one:
+            where = self.notes if controller is None else self.faults
+            where.append(f"controller {quoted(named)} as it is here is not the one tested")

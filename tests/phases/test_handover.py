@@ -1,0 +1,98 @@
+"""A result is of exactly what was tested: other code or settings never go in by the back door."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from real_bench.goal_sets import save_goal_set
+from real_bench.scoring.result import load_result
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench, tiny_goals
+
+LEARNER = """
+import helper
+from real_bench.actions import Action
+from real_bench.controller import Controller
+from real_bench.settings import Settings
+
+class LearnerSettings(Settings):
+    lr: float = 0.1
+
+class Learner(Controller):
+    Settings = LearnerSettings
+
+    def __init__(self, action_space, observation_space, settings):
+        super().__init__(action_space, observation_space)
+        self.lr, self.learned = settings.lr, 0.0
+
+    def next_action(self, observation):
+        self.learned += self.lr
+        return Action.macro([[-0.1, 0.2 + 0.01 * self.learned], [-0.1, helper.END]])
+
+    def get_state(self):
+        return {"learned": self.learned}
+
+    def set_state(self, state):
+        self.learned = state["learned"]
+"""
+TEST = ("--goals", "goals.npy", "--trial-steps", "1000")
+
+
+@pytest.fixture
+def place(tmp_path: Path, builtin_scene: Scene) -> Path:
+    """A folder with a controller that has played, its helper, and goals."""
+    save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
+    (tmp_path / "learner.py").write_text(LEARNER)
+    (tmp_path / "helper.py").write_text("END = -0.2\n")
+    whom = ("--controller", "learner.py", "--scene", "builtin", "--condition", "OM")
+    realbench(tmp_path, "intrinsic", *whom, "--steps", "2000")
+    return tmp_path
+
+
+def test_a_helper_that_was_edited_does_not_go_on_with_a_result(place: Path) -> None:
+    realbench(place, "extrinsic", *TEST, "--trials", "1")
+    before = (place / "score.json").read_bytes()
+    (place / "helper.py").write_text("END = -0.3\n")
+    again = ("--trials", "2", "--resume")
+    refused = realbench(place, "extrinsic", *TEST, *again, code=1).stderr
+    assert "was learned with other code" in refused
+    refused = realbench(place, "extrinsic", *TEST, *again, "--keep-learned", code=1).stderr
+    assert "it is of another test: controller_sha256 differ" in refused
+    assert (place / "score.json").read_bytes() == before
+
+
+def test_settings_without_effect_are_not_recorded_as_if_they_had(place: Path) -> None:
+    refused = realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", code=1).stderr
+    assert "other settings (lr=0.1, now 0.5): say --keep-learned" in refused
+    assert "--relearn" in refused
+    assert not (place / "score.json").exists()
+    realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", "--keep-learned")
+    setting = load_result(place / "score.json").setting
+    assert setting.settings == {"lr": 0.5}
+    assert setting.learned is not None
+    assert setting.learned.settings == {"lr": 0.1}
+    refused = realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", "--relearn", code=1).stderr
+    assert "cannot learn from a recording again" in refused
+
+
+def test_what_can_learn_again_does_so_when_it_is_told(place: Path) -> None:
+    play = ("--controller", "real_d", "--scene", "builtin", "--condition", "OM", "--overwrite")
+    realbench(place, "intrinsic", *play, "--steps", "4000")
+    depth = ("--set", "planner.depth=2")
+    refused = realbench(place, "extrinsic", *TEST, *depth, code=1).stderr
+    assert "planner.depth=10, now 2" in refused
+    realbench(place, "extrinsic", *TEST, *depth, "--relearn")
+    setting = load_result(place / "score.json").setting
+    assert setting.learned is None
+    assert setting.settings["planner"]["depth"] == 2
+
+
+def test_the_same_code_in_another_place_is_the_same_controller(place: Path) -> None:
+    elsewhere = place / "elsewhere"
+    elsewhere.mkdir()
+    for name in ("learner.py", "helper.py"):
+        (elsewhere / name).write_bytes((place / name).read_bytes())
+    realbench(place, "extrinsic", "--controller", "elsewhere/learner.py", *TEST)
+    assert load_result(place / "score.json").setting.learned is not None

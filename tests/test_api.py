@@ -1,0 +1,77 @@
+"""The public API: the two phases, scores and figures from Python, as the commands have them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import real_bench
+from real_bench.goal_sets import save_goal_set
+from real_bench.simulation import Scene
+from tests.cli.shell import tiny_goals
+
+
+def test_help_is_a_table_of_contents() -> None:
+    program = "import real_bench; help(real_bench)"
+    told = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    ).stdout
+    for name in set(real_bench.__all__) - {"__version__"}:
+        assert f"``{name}``" in told, name
+
+
+def test_importing_it_loads_nothing_heavy() -> None:
+    heavy = ("pybullet", "h5py", "torch", "matplotlib", "cv2", "scipy")
+    program = f"import sys, real_bench; print([name for name in {heavy} if name in sys.modules])"
+    told = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    ).stdout
+    assert told.strip() == "[]"
+
+
+def test_every_name_is_there() -> None:
+    for name in real_bench.__all__:
+        assert getattr(real_bench, name) is not None
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        real_bench.nothing  # noqa: B018
+
+
+def test_what_a_notebook_does(builtin_scene: Scene, tmp_path: Path) -> None:
+    save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
+    goals = real_bench.load_goals(str(tmp_path / "goals.npy"))
+    run, out = str(tmp_path / "run.h5"), str(tmp_path / "score.json")
+    play = {"condition": "OM", "scene": "builtin", "steps": 3000, "out": run}
+    with real_bench.run_intrinsic("real_r", **play) as recording:
+        assert len(recording.transitions) == 3
+    experience = real_bench.Experience(run, "OM")
+    assert len(experience) == 3
+    test = {"run": run, "goals": goals, "trial_steps": 1000, "out": out}
+    result = real_bench.run_extrinsic("real_d", **test)
+    assert result == real_bench.load_result(out)
+    assert len(result.trials) == len(goals) == 2
+    verdict = real_bench.score(result, minimum=0.99)
+    assert not verdict.passed
+    other = real_bench.run_extrinsic("real_r", **{**test, "out": str(tmp_path / "other.json")})
+    assert real_bench.compare(result, other).metrics["score"].difference == pytest.approx(
+        result.score - other.score
+    )
+    drawn = real_bench.draw_figures([run], [out])
+    assert {"effective-actions", "score-by-goal"} <= drawn.keys()
+    again = real_bench.draw_figures(results=[out])
+    assert "score-by-goal" in again
+    assert real_bench.figures.FIGURES
+
+
+def test_errors_are_of_one_family(tmp_path: Path) -> None:
+    for wrong in (
+        lambda: real_bench.run_intrinsic(out=tmp_path / "run.h5"),
+        lambda: real_bench.run_intrinsic("no_such", out=tmp_path / "run.h5", scene="builtin"),
+        lambda: real_bench.load_goals(tmp_path / "none.npy"),
+        lambda: real_bench.load_result(str(tmp_path / "none.json")),
+        lambda: real_bench.run_experiment(tmp_path / "none.yaml"),
+    ):
+        with pytest.raises(real_bench.RealBenchError):
+            wrong()
