@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.actions import Action
-from real_bench.controller import Controller, State
+from real_bench.controller import Controller, ControllerState
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
@@ -71,7 +71,7 @@ class RealG(Controller):
             self._perception.seed(seed)
             self._begin(seed)
 
-    def get_state(self) -> State:
+    def get_state(self) -> ControllerState:
         """Where in its random sequence it is, and what it learned when play was over."""
         return {
             "random": self._random.bit_generator.state,
@@ -81,7 +81,7 @@ class RealG(Controller):
             "skills": [skill.get_state() for skill in self._play.skills] if self._over else [],
         }
 
-    def set_state(self, state: State) -> None:
+    def set_state(self, state: ControllerState) -> None:
         """Go on from there."""
         self._begin(state["seed"])
         self._random.bit_generator.state = state["random"]

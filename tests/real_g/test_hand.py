@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from real_bench.actions import check_action, make_control
+from real_bench.actions import check_action
+from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
 from real_bench.real_g.hand import Deed, pointing_down
 from tests.real_g.deeds import DEEDS, HAND, JOINTS, PUSH, deed_of, drawn, numbers_of
@@ -19,7 +20,7 @@ def test_a_hands_numbers_can_be_read_from_its_action(numbers: Any) -> None:
     assert read is not None
     np.testing.assert_allclose(HAND.action(read).commands, action.commands, atol=1e-9)
     assert action.duration == HAND.steps == HAND.rest().duration
-    check_action(action, make_control("C"))
+    check_action(action, CONTROLS["C"]())
 
 
 @given(numbers=numbers_of(PUSH))
@@ -27,7 +28,7 @@ def test_a_pushs_numbers_can_be_read_from_its_action(numbers: Any) -> None:
     action = PUSH.action(numbers)
     np.testing.assert_array_equal(PUSH.numbers(action), numbers)
     assert action.duration == PUSH.steps
-    check_action(action, make_control("M"))
+    check_action(action, CONTROLS["M"]())
 
 
 @given(numbers=numbers_of(HAND))
