@@ -50,12 +50,21 @@ def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) 
                 f"controller {spec} has no settings, got {', '.join(map(str, values))}"
             )
         return None
+    return validated(kind, values, f"controller {spec}")
+
+
+def validated(kind: type[Settings], values: Mapping[str, Any], whose: str) -> Settings:
+    """Settings of a kind, defaults where nothing is given.
+
+    Raises:
+        ControllerError: everything that is wrong with them, and what could be set.
+    """
     try:
         return kind.model_validate(values)
     except ValidationError as error:
         known = ", ".join(f"{name}={value}" for name, value in _defaults(kind))
         raise ControllerError(
-            f"controller {spec}, bad settings: {faults(error)} (they are, with defaults: {known})"
+            f"{whose}, bad settings: {faults(error)} (they are, with defaults: {known})"
         ) from error
 
 

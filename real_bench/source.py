@@ -74,8 +74,8 @@ class ControllerSource:
 
     @cached_property
     def code_sha256(self) -> str:
-        """The hash of all its code: of every code file in its place, by name and content."""
-        digest = hashlib.sha256()
+        """The hash of which file or module it is, and of every code file in its place."""
+        digest = hashlib.sha256(f"{self.file.name if self.file else self.module}\n".encode())
         for file in self.code_files():
             name = file.name if file == self.place else file.relative_to(self.place).as_posix()
             digest.update(f"{name}\0{file_sha256(file)}\n".encode())

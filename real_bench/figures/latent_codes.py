@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from real_bench.analysis import PairDistances, pair_distances
-from real_bench.errors import RealBenchError, faults
+from real_bench.errors import RealBenchError
 from real_bench.real_x.architecture import AbstractionSettings
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience, Recording
-from real_bench.settings import merged
+from real_bench.settings import merged, validated
 
 if TYPE_CHECKING:  # torch is for those who have images
     from real_bench.real_x.latents import Latents
@@ -54,10 +53,7 @@ def sight_settings(values: Mapping[str, Any]) -> Any:
     class Seen(SightSettings):
         abstraction: AbstractionSettings = AbstractionSettings()
 
-    try:
-        return Seen.model_validate(values)
-    except ValidationError as error:
-        raise RealBenchError(f"bad settings of sight: {faults(error)}") from error
+    return validated(Seen, values, "figures")
 
 
 def see(

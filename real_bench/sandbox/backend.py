@@ -66,7 +66,7 @@ class SandboxBackend:
         return SandboxProxy(spec, identity, task.control, client)
 
     def _begun(self, source: ControllerSource) -> RpcClient:
-        visible = visible_files(source)
+        visible = visible_files(source, self.secrets)
         visible.check_hides(self.secrets)
         return RpcClient(source.spec, visible, self.limits, self.support)
 

@@ -68,12 +68,16 @@ class VisibleFiles:
         ]
 
 
-def visible_files(source: ControllerSource) -> VisibleFiles:
+def visible_files(source: ControllerSource, secrets: Iterable[Path] = ()) -> VisibleFiles:
     """What a controller sees; found without importing any of it.
 
     Of the folder in which a controller's file lies it sees all that is there at the start, but
-    links, what tools keep there, and recordings, goals and results of ours. What is put there
-    later is not seen, unless into a folder of it.
+    links, what tools keep there, recordings, goals and results of ours, and secrets. What is put
+    there later is not seen, unless into a folder of it.
+
+    Args:
+        source: the controller.
+        secrets: files and folders that it must not see; those in its folder are hidden.
 
     Raises:
         ControllerError: there is no such module.
@@ -83,6 +87,8 @@ def visible_files(source: ControllerSource) -> VisibleFiles:
         elsewhere = () if _within(source.place, shared) else (source.place.parent,)
         return VisibleFiles((source.place,), shared, hidden, (*_user_site(), *elsewhere))
     secret = [path for path in source.files() if is_ours(path)]
+    kept = [path.resolve() for path in secrets if path.exists()]
+    secret += [path for path in kept if path != source.file and _within(path, [source.place])]
     entries = (path for path in sorted(source.place.iterdir()) if not is_left_out(path))
     own = tuple(path for path in entries if path not in secret)
     return VisibleFiles(own, shared, (*hidden, *secret), _user_site(), source.place)

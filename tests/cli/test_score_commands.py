@@ -120,8 +120,11 @@ def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> Non
     secret = ("--baseline", "package/best.json")
     made([0.3] * 4).save(submission / "package" / "best.json")
     done = realbench(submission, "score", *TEST, "--goals", "goals.npy", *secret, code=1)
-    assert "best.json lies where an isolated controller may read" in done.stderr
-    assert not (submission / "score.json").exists()
+    assert "lies where an isolated controller may read" not in done.stderr  # it is hidden
+    assert "results differ in scene" in done.stderr  # with the made-up one it cannot be compared
+    later = ("--junit", "package/cases.xml", "--overwrite")
+    done = realbench(submission, "score", *TEST, "--goals", "goals.npy", *later, code=1)
+    assert "cases.xml lies where an isolated controller may read" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_nothing_is_overwritten_unasked(run, saved, official_scene):
 
 
 def test_a_missing_folder_is_found_before_any_work(run, monkeypatch):
-    monkeypatch.delattr("real_bench.goal_sets.generate_goal_set")
+    monkeypatch.delattr("real_bench.goal_sets.generator.generate_goal_set")
     with pytest.raises(RealBenchError, match="cannot write into missing"):
         run("generate", "--out", "missing/goals.npy")
 

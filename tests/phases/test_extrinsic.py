@@ -300,6 +300,6 @@ def test_a_worker_that_dies_is_told_and_finished_trials_are_kept(
     died = run(command(goals_path, jobs=2, controller="tested:Dies"), tmp_path)
     assert died.returncode == 1
     assert died.stderr.splitlines()[1].startswith("realbench: error: a worker process died")
-    assert died.stderr.count("\n") == 1
+    assert died.stderr.count("\n") == 2
     assert "--resume" in died.stderr
     assert 0 < n_tested(tmp_path / "score.json") < 4

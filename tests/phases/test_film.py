@@ -14,6 +14,7 @@ from real_bench.goal_sets import GoalSet
 from real_bench.phases import film
 from real_bench.phases.film import STEPS_A_FRAME
 from real_bench.phases.trial import TrialMaker
+from tests.outside.bench import after_first_line
 from tests.phases.conftest import FaceGoals
 from tests.recording.bench import SCENE, realbench, start
 
@@ -56,8 +57,9 @@ def test_a_film_that_cannot_be_written_is_one_clear_error(goals_path: Path, tmp_
     process = start(command, tmp_path, may_not_write_beyond_20_kb)
     _, message = process.communicate()
     assert process.returncode == 1
-    assert message.startswith("realbench: error: cannot write")
-    assert message.count("\n") == 1
+    fault = after_first_line(message)
+    assert fault.startswith("realbench: error: cannot write")
+    assert fault.count("\n") == 1
 
 
 def test_a_folder_is_no_address(face_goals: FaceGoals) -> None:

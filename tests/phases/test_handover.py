@@ -73,7 +73,8 @@ def test_settings_without_effect_are_not_recorded_as_if_they_had(place: Path) ->
     assert setting.settings == {"lr": 0.5}
     assert setting.learned is not None
     assert setting.learned.settings == {"lr": 0.1}
-    refused = realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", "--relearn", code=1).stderr
+    anew = ("--set", "lr=0.5", "--relearn", "--overwrite")
+    refused = realbench(place, "extrinsic", *TEST, *anew, code=1).stderr
     assert "cannot learn from a recording again" in refused
 
 

@@ -162,7 +162,7 @@ def test_other_settings_cannot_go_on(play: Play, field: str, value: object) -> N
     named, _, rest = str(caught.value).partition("other settings: ")[2].partition(": ")
     assert named == field
     assert repr(value) in rest
-    assert ";" not in rest
+    assert ";" not in rest or field == "condition"  # with it, the version of its control
     assert Path("run.h5").read_bytes() == before
 
 

@@ -167,7 +167,7 @@ def test_another_plan_is_made_after_every_action_for_what_is_left_of_the_trial(
         return plan(planner, state, goal, depth)
 
     monkeypatch.setattr(Planner, "plan", spy)
-    face(controller, run, steps=3500, settings={"planner": {"depth": depth}})
+    face(controller, run, steps=3500, settings={"planner": {"depth": depth}}, wanted="keep")
     assert depths == expected
 
 

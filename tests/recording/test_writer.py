@@ -24,6 +24,7 @@ from real_bench.recording import Header, Recording, recorder
 from real_bench.recording.schema import Batch
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.simulation import Scene
+from tests.outside.bench import after_first_line
 from tests.recording.bench import SCENE, ignore, realbench, recorded_steps, run, start, wait_for
 
 N_ACTIONS = 7  # in the recording that was cut
@@ -302,7 +303,8 @@ def test_a_failed_write_ends_with_one_line(
     writer = start(command, tmp_path, limit)
     _, message = writer.communicate()
     assert writer.returncode == 1
-    assert re.fullmatch(r"realbench: error: cannot write .*run\.h5: .*--resume.*\n", message)
+    fault = after_first_line(message)
+    assert re.fullmatch(r"realbench: error: cannot write .*run\.h5: .*--resume.*\n", fault)
     assert recorded_steps(tmp_path / "run.h5") < 12_000
 
 

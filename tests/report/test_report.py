@@ -103,7 +103,7 @@ def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("files", "code", "told"),
     [
-        (["run.h5", "--videos", "films"], 2, "--videos are of one result, not of 0"),
+        (["run.h5", "--videos", "films"], 1, "--videos are of one result, not of 0"),
         (["goals.npy"], 2, "goal set"),
         (["no.h5"], 1, "recording not found: no.h5"),
     ],

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from real_bench.actions import Action
-from real_bench.errors import Interrupted, RealBenchError, ResultError
+from real_bench.errors import ControllerError, Interrupted, RealBenchError, ResultError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.result import Result, load_result
@@ -112,7 +112,7 @@ def test_the_controller_is_checked_and_not_run(
     assert "not the one tested" in asked.faults[0]
     (tmp_path / "mine.py").unlink()
     assert "is not here" in " ".join(verify(path, goals_path).notes)
-    with pytest.raises(ResultError, match="no file of it"):
+    with pytest.raises(ControllerError, match="controller file not found"):
         verify(path, goals_path, controller=spec)
     assert not verify(honest, goals_path, controller="real_d").holds
     assert verify(honest, goals_path, controller="real_r").holds
