@@ -106,12 +106,12 @@ def test_check_finds_what_would_fail_after_hours(kit: Path) -> None:
         "    start = 0.3\n"
     )
     done = realbench(kit, "check", "copied.py", "--condition", "IM", code=1)
-    assert done.stdout.count("ControllerState.caller holds the controller") == 2
+    assert done.stdout.count("State.caller holds the controller") == 2
     play = ("--condition", "IM", "--steps", "1000")
     done = realbench(
         kit, "intrinsic", "--controller", "copied.py", "--scene", "builtin", *play, code=1
     )
-    assert "ControllerState.caller holds the controller" in done.stderr
+    assert "State.caller holds the controller" in done.stderr
     assert not (kit / "run.h5").exists()
 
 
