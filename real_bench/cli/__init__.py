@@ -54,11 +54,19 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-@click.group(cls=LazyGroup, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=LazyGroup,
+    epilog=EPILOG,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
 @click.version_option(__version__, prog_name="realbench")
-def cli() -> None:
+@click.pass_context
+def cli(context: click.Context) -> None:
     """The REAL benchmark: a robot plays for 15 million steps, without goal or reward, and is then
     tested on 50 goals that it has never seen."""  # noqa: D205, D209
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 def main(arguments: list[str] | None = None) -> Any:
