@@ -21,7 +21,6 @@ from real_bench.simulation import DEFAULT_SCENE, Scene, load_scene
 from real_bench.source import resolved
 
 DEFAULT_RUN = Path("run.h5")
-DEFAULT_RESULT = Path("score.json")
 DEFAULT_CONDITION = "IM"
 
 NEW_RUN: dict[str, Any] = {

@@ -9,9 +9,9 @@ from typing import Any
 
 from real_bench.errors import ControllerError
 from real_bench.phases.proxy import NO_FILES, Identity
+from real_bench.quoting import printable
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.messages import MessageError, encode
-from real_bench.sandbox.process import printable
 from real_bench.sandbox.proxy import SandboxProxy, put_files
 from real_bench.sandbox.rpc_client import RpcClient
 from real_bench.sandbox.support import SandboxSupport, sandbox_support

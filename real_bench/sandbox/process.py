@@ -14,6 +14,7 @@ from typing import IO
 
 from real_bench.errors import ControllerError
 from real_bench.locks import own_folder
+from real_bench.quoting import printable
 from real_bench.sandbox.channel import Channel
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.support import SandboxSupport, Site, bubblewrap_options, python_command
@@ -105,11 +106,6 @@ class _Output:
                 _show(printable(shown.decode(errors="replace")))
                 if self._left <= 0:
                     _show(f"\n(it printed {OUTPUT_BYTES} bytes: the rest is not shown)\n")
-
-
-def printable(text: str) -> str:
-    """Text without what would move the cursor of a terminal."""
-    return "".join(c if c.isprintable() or c in "\n\t" else "?" for c in text)
 
 
 def _show(text: str) -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ControllerError
+from real_bench.quoting import printable
 from real_bench.sandbox.channel import Closed, Late
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.messages import MessageError, Size, check_plain
-from real_bench.sandbox.process import Process, printable
+from real_bench.sandbox.process import Process
 from real_bench.sandbox.support import SandboxSupport
 from real_bench.sandbox.visible_files import VisibleFiles
 
