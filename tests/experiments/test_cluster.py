@@ -31,7 +31,7 @@ class DaskCluster:
     def __init__(self, folder: Path, stack: ExitStack) -> None:
         self._folder, self._stack = folder, stack
         log = folder / "scheduler.log"
-        self._start(["scheduler", "--backend", "127.0.0.1", "--port", "0"], log)
+        self._start(["scheduler", "--host", "127.0.0.1", "--port", "0"], log)
         self.address = self._told(log, r"Scheduler at:\s+(tcp://\S+)")
         self.workers: list[subprocess.Popen[bytes]] = []
 

@@ -212,10 +212,11 @@ def test_a_table_marks_rows_that_mix_physics() -> None:
     spec = Spec.model_validate(known)
     kinds = [("a" * 16, "b" * 16), ("a" * 16, "a" * 16)]
     rows = [
-        Row(cell, 2, (0, 1), (), None, each) for cell, each in zip(spec.cells, kinds, strict=True)
+        Row(cell, 2, (0, 1), (), control_version=None, summary=None, physics=each)
+        for cell, each in zip(spec.cells, kinds, strict=True)
     ]
-    assert [cells_of(row)[3] for row in rows] == ["2 of 2†", "2 of 2"]
-    told = f"† results of different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
+    assert [cells_of(row)[3] for row in rows] == ["2 of 2‡", "2 of 2"]
+    told = f"‡ results of different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
     assert any(note.startswith(told) for note in notes(rows))
     assert not any("physics" in note for note in notes(rows[1:]))
     assert rows[0].to_json()["physics"] == ["a" * 16, "b" * 16]
