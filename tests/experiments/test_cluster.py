@@ -121,7 +121,7 @@ def _until(ask: Callable[[], object]) -> None:
 
 def _children(pid: int) -> list[int]:
     """The processes in which a worker does its jobs."""
-    listed = Path(f"/proc/{pid}/job").glob("*/children")
+    listed = Path(f"/proc/{pid}/task").glob("*/children")
     return [int(child) for file in listed for child in file.read_text().split()]
 
 
