@@ -1,9 +1,10 @@
 # Everything goes through these targets; CI runs what `make check` runs.
 PYTHON ?= python3
+LOWEST_PYTHON ?= python3.10
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
 
-.PHONY: demo test coverage check lint types bench faults fuzz clean
+.PHONY: demo test test-lowest coverage check lint types bench faults fuzz clean
 
 # The whole chain in about two minutes: play a little, test on five goals, print the score table.
 demo: .venv/ready
@@ -17,6 +18,14 @@ demo: .venv/ready
 
 test: .venv/ready
 	$(BIN)/pytest
+
+# All tests with the lowest versions that pyproject.toml declares; torch takes some gigabytes here.
+# The versions: uv pip compile --resolution lowest-direct --python-version 3.10 --extra dev \
+#     pyproject.toml -o constraints-lowest.txt
+test-lowest:
+	$(LOWEST_PYTHON) -m venv .venv-lowest
+	.venv-lowest/bin/pip install --quiet --constraint constraints-lowest.txt --editable ".[dev]"
+	.venv-lowest/bin/pytest
 
 # Which lines the tests run, processes of commands and controllers among them.
 coverage: .venv/ready
@@ -47,7 +56,7 @@ fuzz: .venv/ready
 	$(BIN)/python evaluation/fuzz.py
 
 clean:
-	rm -rf .venv demo build *.egg-info
+	rm -rf .venv .venv-lowest demo build *.egg-info
 
 .venv/ready: pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv .venv
