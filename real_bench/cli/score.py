@@ -128,6 +128,7 @@ def _options_of_a_test(context: click.Context) -> list[str]:
         parameter.opts[0]
         for parameter in context.command.params
         if parameter.name not in OF_BOTH
+        and parameter.expose_value
         and context.get_parameter_source(str(parameter.name)) is ParameterSource.COMMANDLINE
     ]
 

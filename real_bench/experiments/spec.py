@@ -18,6 +18,7 @@ from pydantic import (
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.nearest import did_you_mean, what_there_is
 from real_bench.yaml_files import read_mapping
 
 OWN, NONE, SHIPPED = "own", "none", "shipped"
@@ -148,10 +149,16 @@ class Spec(_Record):
             raise ValueError(f"two cells are named {', '.join(twice)}: give them a name")
         for cell in self.cells:
             if cell.play not in (OWN, NONE, *self.plays):
-                known = ", ".join([OWN, NONE, *self.plays])
-                raise ValueError(f"cell {cell.name} learns from {cell.play!r}: use {known}")
+                known = [OWN, NONE, *self.plays]
+                raise ValueError(
+                    f"cell {cell.name} learns from {cell.play!r}: use {', '.join(known)}"
+                    f"{did_you_mean(cell.play, known)}"
+                )
             if unknown := [name for name in cell.goals if name not in self.goals]:
-                raise ValueError(f"cell {cell.name} has unknown goals {', '.join(unknown)}")
+                raise ValueError(
+                    f"cell {cell.name} has unknown goals {', '.join(unknown)}: use "
+                    f"{', '.join(self.goals)}{did_you_mean(unknown[0], self.goals)}"
+                )
         shared = {f"{cell.play}-{cell.objects}" for cell in self.cells if cell.play in self.plays}
         if taken := shared & {cell.name for cell in self.cells if cell.play == OWN}:
             raise ValueError(f"the recordings of play and cell {', '.join(taken)} share a name")
@@ -208,7 +215,8 @@ def read_spec(path: Path) -> Spec:
     try:
         return Spec.model_validate({**defaults, **values, "folder": path.resolve().parent})
     except ValidationError as error:
-        raise ExperimentError(f"the experiment {path} is not valid: {faults(error)}") from error
+        found = faults(error, unknown=what_there_is(Spec, {"folder"}))
+        raise ExperimentError(f"the experiment {path} is not valid: {found}") from error
 
 
 def _short(controller: str) -> str:

@@ -13,6 +13,7 @@ import os
 import sys
 import threading
 import time
+import traceback
 from typing import Any, TextIO
 
 from real_bench.errors import RealBenchError
@@ -52,6 +53,7 @@ def main() -> None:
     try:
         job.do(channel.report)
     except RealBenchError as error:
+        traceback.print_exc()  # into the job's log
         channel.tell(failed=str(error))
     else:
         channel.tell(finished=True)
