@@ -181,17 +181,18 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
     Raises:
         ExperimentError: it is wrongly described, or a play or test failed.
     """
-    from real_bench.errors import ExperimentError
+    from real_bench.errors import ExperimentError, in_short
     from real_bench.experiments import read_spec
-    from real_bench.experiments.job_state import in_short
     from real_bench.experiments.running import Experiment
 
     experiment = Experiment(read_spec(Path(spec)), jobs)
     if make:
         with experiment.own_folder():
             experiment.prepare()
-            work = experiment.missing()
-            failures = experiment.make(work, _ignore) if len(work) else {}
+            work, failures = experiment.missing(), {}
+            if len(work):
+                experiment.check(work)
+                failures = experiment.make(work, _ignore)
         if failures:
             raise ExperimentError(in_short(list(failures.values())))
     return experiment.rows()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from real_bench.quoting import quoted
@@ -49,6 +49,12 @@ class ExperimentError(RealBenchError):
 
 class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
     """The user asked to stop; everything up to here is kept."""
+
+
+def in_short(reasons: Sequence[str], most: int = 3) -> str:
+    """The first few reasons, and how many more there are."""
+    more = f" (and {len(reasons) - most} more)" if len(reasons) > most else ""
+    return f"{'. '.join(reasons[:most])}{more}"
 
 
 def faults(

@@ -19,6 +19,12 @@ def shown_name(spec: str) -> str:
     return spec.upper().replace("_", "-") if spec.startswith("real_") else spec
 
 
+def shareable_name(spec: str) -> str:
+    """A controller's name as files keep it that others may read: of a file no folder."""
+    file, name = without_folder(spec)
+    return f"{file}:{name}" if name else file
+
+
 def without_folder(spec: str) -> tuple[str, str]:
     """A controller's file or name, and its class; for names from another machine."""
     if found := CONTROLLER_FILE.fullmatch(spec):

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import click
 
-from real_bench.cli.common import Common, traceback_of, with_common_options
+from real_bench.cli.common import Common, HelpfulGroup, traceback_of, with_common_options
 from real_bench.version import __version__
 
 COMMANDS = {
@@ -35,7 +35,7 @@ Example:
 """
 
 
-class LazyGroup(click.Group):
+class LazyGroup(HelpfulGroup):
     """A group that knows its commands' names and imports a command when it is called."""
 
     def list_commands(self, context: click.Context) -> list[str]:
@@ -58,16 +58,12 @@ class LazyGroup(click.Group):
 @click.group(
     cls=LazyGroup,
     epilog=EPILOG,
-    invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 @click.version_option(__version__, prog_name="realbench")
-@click.pass_context
-def cli(context: click.Context) -> None:
+def cli() -> None:
     """The REAL benchmark: a robot plays for 15 million steps, without goal or reward, and is then
     tested on 50 goals that it has never seen."""  # noqa: D205, D209
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help())
 
 
 def main(arguments: list[str] | None = None) -> Any:

@@ -1,4 +1,4 @@
-"""Options that every command takes: ``--traceback`` and ``--no-progress``."""
+"""What every command has: ``--traceback`` and ``--no-progress``, and help where it stands alone."""
 
 from __future__ import annotations
 
@@ -22,6 +22,17 @@ class Common:
 
     traceback: bool = False
     progress: bool = True
+
+
+class HelpfulGroup(click.Group):
+    """Commands under one name, which alone prints their help."""
+
+    def parse_args(self, context: click.Context, arguments: list[str]) -> list[str]:
+        """Take the arguments apart, where there are any."""
+        if not arguments:
+            click.echo(context.get_help())
+            context.exit()
+        return super().parse_args(context, arguments)
 
 
 def with_common_options(command: click.Command) -> click.Command:

@@ -13,7 +13,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from real_bench.errors import ControllerError, ResultError
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError, RealBenchError, ResultError, in_short
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
 
@@ -106,7 +107,6 @@ class PlayJob(_Job):
 
     def do(self, report: OnSteps) -> None:
         """Play."""
-        from real_bench.conditions import Condition
         from real_bench.phases.intrinsic import IntrinsicPhase
         from real_bench.simulation import load_scene
 
@@ -157,7 +157,6 @@ class ScoringJob(_Job):
 
     def do(self, report: OnSteps) -> None:
         """Test, going on with a result of the same test."""
-        from real_bench.conditions import Condition
         from real_bench.goal_sets import load_goal_set
         from real_bench.phases.extrinsic import ExtrinsicPhase
         from real_bench.phases.trial import TrialPlan
@@ -182,9 +181,71 @@ class ScoringJob(_Job):
 
 
 Job = PlayJob | ScoringJob
-_ADAPTER: TypeAdapter[Job] = TypeAdapter(Annotated[Job, Field(discriminator="kind")])
 
 
-def job_from_json(text: str) -> Job:
+class CheckJob(BaseModel):
+    """Finding out in a moment whether jobs can be done: their controllers play a few steps.
+
+    Attributes:
+        name: of its log.
+        jobs: what is to be done; of jobs that differ in nothing that matters, one.
+        plays: the plays to come that tests among them learn from, by name.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["check"] = "check"
+    name: str = "check"
+    jobs: tuple[Annotated[Job, Field(discriminator="kind")], ...]
+    plays: dict[str, PlayJob]
+
+    def do(self, report: OnSteps) -> None:
+        """Try each of them; raises ControllerError with all that is wrong."""
+        wrong = []
+        for number, job in enumerate(self.jobs):
+            report(number)
+            try:
+                self._check(job)
+            except RealBenchError as error:
+                wrong.append(f"{job.name}: {error}")
+        if wrong:
+            raise ControllerError(in_short(wrong))
+
+    def _check(self, job: Job) -> None:
+        from real_bench.phases.checking import ControllerCheck
+        from real_bench.simulation import load_scene
+
+        condition = Condition.parse(job.condition)
+        if isinstance(job, ScoringJob) and job.play in self.plays:
+            self._check_it_can_learn(job, self.plays[job.play], condition)
+        scene = load_scene(job.scene)
+        check = ControllerCheck(
+            job.controller, condition, scene, job.objects, job.settings, job.backend
+        )
+        for finding in check.findings():
+            if not finding.good:
+                raise ControllerError(finding.told)
+
+    def _check_it_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
+        """Raise ControllerError where a play has not the images that a test would learn from."""
+        if condition.sees_objects or not Condition.parse(play.condition).sees_objects:
+            return
+        learns = job.backend.identity(job.controller, job.settings).learns_from_experience
+        recorded = play.images
+        if recorded is None:
+            recorded = play.backend.identity(play.controller, play.settings).uses_images
+        if learns and not recorded:
+            raise ControllerError(
+                f"it learns from images, and play {play.name} records none: give the play "
+                "`images: true`"
+            )
+
+
+_ADAPTER: TypeAdapter[Job | CheckJob] = TypeAdapter(
+    Annotated[PlayJob | ScoringJob | CheckJob, Field(discriminator="kind")]
+)
+
+
+def job_from_json(text: str) -> Job | CheckJob:
     """The job that ``model_dump_json`` wrote; raises ValueError."""
     return _ADAPTER.validate_json(text)

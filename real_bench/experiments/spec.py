@@ -17,9 +17,12 @@ from pydantic import (
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
+from real_bench.files import check_output, write_whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.nearest import did_you_mean, what_there_is
 from real_bench.yaml_files import read_mapping
+
+TEMPLATE = Path(__file__).with_name("template.yaml")
 
 OWN, NONE, SHIPPED = "own", "none", "shipped"
 
@@ -154,6 +157,8 @@ class Spec(_Record):
                     f"cell {cell.name} learns from {cell.play!r}: use {', '.join(known)}"
                     f"{did_you_mean(cell.play, known)}"
                 )
+            if cell.play in self.plays:
+                _check_it_fits(cell, self.plays[cell.play])
             if unknown := [name for name in cell.goals if name not in self.goals]:
                 raise ValueError(
                     f"cell {cell.name} has unknown goals {', '.join(unknown)}: use "
@@ -217,6 +222,26 @@ def read_spec(path: Path) -> Spec:
     except ValidationError as error:
         found = faults(error, unknown=what_there_is(Spec, {"folder"}))
         raise ExperimentError(f"the experiment {path} is not valid: {found}") from error
+
+
+def write_template(path: Path, *, overwrite: bool = False) -> None:
+    """Write an experiment to begin with, every key explained.
+
+    Raises:
+        OutputError: there is a file already, or none can be written.
+    """
+    check_output(path, overwrite=overwrite)
+    write_whole(path, TEMPLATE.read_bytes())
+
+
+def _check_it_fits(cell: Cell, play: Play) -> None:
+    """Raise ValueError where what was played in one condition cannot serve in another."""
+    learns, played = Condition.parse(cell.condition), Condition.parse(play.condition)
+    told = f"cell {cell.name} learns from {cell.play!r}, which is played in {played.name}"
+    if learns.control != played.control:
+        raise ValueError(f"{told}: it needs a play in {learns.name}")
+    if learns.sees_objects and not played.sees_objects:
+        raise ValueError(f"{told}, where no positions are seen: it needs a play in {learns.name}")
 
 
 def _short(controller: str) -> str:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
+from real_bench.naming import shareable_name
 from real_bench.phases.activity import LEARNING, Activity, unwatched
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import at_play
@@ -191,7 +192,7 @@ class IntrinsicPhase:
             scene_source=self.scene.source,
             scene_sha256=self.scene.sha256,
             seed=self.seed,
-            controller=self.controller,
+            controller=shareable_name(self.controller),
             controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.code_sha256,
