@@ -227,17 +227,17 @@ def score(
         baseline: results on the same goals, than which these must not be worse beyond chance.
         allow_part: let a finished test of a part of the goals pass, too.
     """
-    from real_bench.goal_sets import load_goal_set, shipped_goal_set
+    from real_bench.goal_sets import shipped_sizes
     from real_bench.scoring import verdict
 
     mine = _several(results)
-    shipped = load_goal_set(shipped_goal_set(mine[0].setting.objects))
+    setting = mine[0].setting
     return verdict.judge(
         mine,
         minimum,
         None if baseline is None else _several(baseline),
         goals=None,
-        sizes={shipped.sha256: len(shipped)},
+        sizes=shipped_sizes(setting.objects, setting.scene),
         allow_part=allow_part,
     )
 

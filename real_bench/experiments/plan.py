@@ -38,7 +38,8 @@ class PendingJobs:
         """What finds out in a moment whether all of them can be done."""
         plays = {job.name: job for job in self.plays}
         unlike: dict[str, Job] = {}
-        for job in (*self.plays, *self.scorings):
+        jobs: tuple[Job, ...] = (*self.plays, *self.scorings)
+        for job in jobs:
             learned = plays.get(job.play or "") if isinstance(job, ScoringJob) else None
             played = learned and (learned.controller, learned.condition, learned.images)
             told = [job.controller, job.condition, job.objects, job.settings, played]

@@ -194,7 +194,9 @@ class Spec(_Record):
         source = self.goals[name]
         if isinstance(source, DrawnGoals):
             return self.results_folder / f"goals-{name}-{objects}.npy"
-        return shipped_goal_set(objects) if source == SHIPPED else self.folder / source
+        if source != SHIPPED:
+            return self.folder / source
+        return shipped_goal_set(objects, self.scene)
 
     def play_of(self, cell: Cell) -> tuple[str, Play] | None:
         """What a cell learns from, and what its recordings' names begin with."""

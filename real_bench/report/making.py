@@ -74,9 +74,10 @@ def _table(path: Path) -> Table:
 def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str | None, GoalSet]]:
     """The goal sets that results may be of, and how the command line names them."""
     found: list[tuple[str | None, GoalSet]] = [(file.name, load_goal_set(file)) for file in files]
-    for objects in sorted({load_result(path).setting.objects for path in results}):
+    settings = [load_result(path).setting for path in results]
+    for objects, scene in sorted({(setting.objects, setting.scene) for setting in settings}):
         try:
-            found.append((None, load_goal_set(shipped_goal_set(objects))))
+            found.append((None, load_goal_set(shipped_goal_set(objects, scene))))
         except GoalSetError:
             continue
     return found

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from real_bench.goal_sets import save_goal_set
+from real_bench.goal_sets import save_goal_set, shipped_goal_set
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals, write_controller
 from tests.outside.bench import after_first_line
@@ -131,7 +131,7 @@ def test_extrinsic(place: Path, arguments: tuple[str, ...], message: str) -> Non
 
 
 def test_goals_of_another_scene(place: Path, official_scene: Scene) -> None:
-    shipped = refusal(place, *TEST)
+    shipped = refusal(place, *TEST, "--goals", str(shipped_goal_set(1)))
     assert "the goals were made in scene official" in shipped
 
 

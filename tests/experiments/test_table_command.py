@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from real_bench.goal_sets import shipped_goal_set
 from tests.cli.shell import COMMAND, TOUCHES, realbench, write_controller
 from tests.experiments.conftest import WriteSpec
 
@@ -117,7 +118,7 @@ def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: 
     [
         ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py"),
         ({"cells": [{"controller": "real_q", "condition": "OM"}]}, "unknown controller 'real_q'"),
-        ({"goals": {"few": "shipped"}}, "the goals were made in scene official"),
+        ({"goals": {"few": str(shipped_goal_set(1))}}, "the goals were made in scene official"),
     ],
 )
 def test_mistakes_are_told_before_any_work(
