@@ -3,7 +3,7 @@ PYTHON ?= python3
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
 
-.PHONY: demo test check lint types bench faults fuzz clean
+.PHONY: demo test check lint types docs bench faults fuzz clean
 
 # The whole chain in about two minutes: play a little, test on five goals, print the score table.
 demo: .venv/ready
@@ -18,7 +18,7 @@ demo: .venv/ready
 test: .venv/ready
 	$(BIN)/pytest
 
-check: lint types test
+check: lint types docs test
 
 lint: .venv/ready
 	$(BIN)/ruff format --check .
@@ -26,6 +26,10 @@ lint: .venv/ready
 
 types: .venv/ready
 	$(BIN)/mypy
+
+# The documentation as a site, in site/; any warning is an error.
+docs: .venv/ready
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 # Compare with the official package: make bench OFFICIAL=folder (a venv in which it still runs).
 bench: .venv/ready
@@ -43,7 +47,7 @@ fuzz: .venv/ready
 	$(BIN)/python evaluation/fuzz.py
 
 clean:
-	rm -rf .venv demo build *.egg-info
+	rm -rf .venv demo build site *.egg-info
 
 .venv/ready: pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv .venv

@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-ALIKE = 0.6
+ALIKE = 0.7
 """How much of two names must be the same, from 0 to 1."""
 
 
@@ -31,7 +31,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """The question after a name that does not exist, where there is one like it; else nothing."""
     found = nearest(name, known)
-    return f"; did you mean {found}?" if found else ""
+    return f", did you mean {found}?" if found else ""
 
 
 def what_there_is(

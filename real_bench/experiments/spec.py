@@ -36,7 +36,13 @@ class _Record(BaseModel):
 
 
 class Published(_Record):
-    """A score as somebody published it: mean, its standard error, of how many repetitions."""
+    """A score as somebody published it.
+
+    Attributes:
+        mean: of the scores of its repetitions.
+        standard_error: of that mean.
+        repeats: how many repetitions there were.
+    """
 
     mean: float
     standard_error: Annotated[float, Field(ge=0)] | None = None
@@ -71,7 +77,12 @@ class Play(_Played):
 
 
 class DrawnGoals(_Record):
-    """Goals to be drawn: the seed, and how many of each class; None: as many as the official."""
+    """Goals to be drawn.
+
+    Attributes:
+        seed: that they are drawn with.
+        counts: how many of each class; None: as many as the official sets have, 25, 15 and 10.
+    """
 
     seed: Seed
     counts: dict[Literal["2D", "2.5D", "3D"], Annotated[int, Field(ge=0)]] | None = None
@@ -123,10 +134,12 @@ class Spec(_Record):
         folder: of the file that describes it; paths in it are relative to this.
         title: above the table.
         results: folder of recordings and results.
-        run: make what is missing without being asked to.
+        run: whether what is missing is made without being asked to.
         scene: name or manifest.
-        steps, trial_steps: how long a play, and a trial, lasts.
-        repeats, seed: how many, with seeds from this one on.
+        steps: how long a play lasts.
+        trial_steps: how long a trial lasts.
+        repeats: how many, each with a seed of its own.
+        seed: of the first repeat; those of the others follow.
         goals: goal sets by name: ``shipped``, a file, or goals to be drawn.
         plays: plays by name.
         cells: of the table, in its order.
