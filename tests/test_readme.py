@@ -35,7 +35,10 @@ def test_its_controller_plays_and_is_tested_by_its_commands(tmp_path: Path) -> N
 def test_its_results_are_those_of_the_table() -> None:
     rows = json.loads(realbench(ROOT, "table", "evaluation/paper.yaml", "--json").stdout)["rows"]
     told = {
-        (row["controller"], row["condition"]): (_number(row["summary"]["score"]), row["published"])
+        (row["controller"], row["condition"]): (
+            _number(row["summary"]["metrics"]["score"]),
+            row["published"],
+        )
         for row in rows
         if row["objects"] == 1 and row["name"].startswith(f"{row['controller']}-{row['condition']}")
     }
