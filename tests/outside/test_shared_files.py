@@ -18,25 +18,18 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
     folder = tmp_path_factory.mktemp("a-home-of-somebody")
     save_goal_set(tiny_goals(builtin_scene), folder / "goals.npy")
     controller = folder / "mine.py"
-    write_controller(controller)
+    write_controller(controller, "pass")
     run, score, spec = folder / "run.h5", folder / "score.json", folder / "small.yaml"
     play = ("--condition", "OM", "--scene", "builtin", "--steps", "2000")
     realbench(folder, "intrinsic", "--controller", controller, *play, "--out", run)
     test = ("--run", run, "--goals", folder / "goals.npy", "--trial-steps", "1000")
     realbench(folder, "extrinsic", *test, "--out", score)
-    cell = {"controller": str(controller), "condition": "OM"}
-    spec.write_text(
-        json.dumps(
-            {
-                "scene": "builtin",
-                "steps": 2000,
-                "trial_steps": 1000,
-                "repeats": 1,
-                "goals": {"few": str(folder / "goals.npy")},
-                "cells": [cell],
-            }
-        )
-    )
+    lines = [
+        *("scene: builtin", "steps: 2000", "trial_steps: 1000", "repeats: 1"),
+        f"goals: {{few: {folder / 'goals.npy'}}}",
+        f"cells: [{{controller: {controller}, condition: OM}}]",
+    ]
+    spec.write_text("\n".join(lines))
     (folder / "table.json").write_text(realbench(folder, "table", spec, "--json").stdout)
     report = ("report", spec, run, score, "--goals", folder / "goals.npy")
     realbench(folder, *report, "--out", folder / "report.html")
