@@ -108,7 +108,7 @@ class Cluster:
         _, message = event
         report = self._reports.get(message["job"])
         if report is not None:
-            report(message["done"])
+            report(message["done"], message.get("busy", ""))
 
 
 def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
@@ -121,11 +121,11 @@ def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
     with own_folder("realbench-job-") as folder:
         job = _moved(asked, contents, folder)
 
-        def report(done: int) -> None:
+        def report(done: int, busy: str = "") -> None:
             known = worker.state.tasks.get(key)
             if known is None or known.state == "cancelled":
                 raise NotWantedError
-            worker.log_event(topic, {"job": asked.name, "done": done})
+            worker.log_event(topic, {"job": asked.name, "done": done, "busy": busy})
 
         Processes().do(job, report)
         return job.out.read_bytes()

@@ -7,19 +7,32 @@ from __future__ import annotations
 
 import platform
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerError, RealBenchError, ResultError, in_short
+from real_bench.phases.activity import Activity, unwatched
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
 
-OnSteps = Callable[[int], None]
-"""Told how many steps are done."""
+if TYPE_CHECKING:
+    from real_bench.scoring.result import Result
+
+
+class OnSteps(Protocol):
+    """Told how far a job has come."""
+
+    def __call__(self, done: int, busy: str = "") -> None:
+        """So many steps are done.
+
+        Args:
+            done: how many.
+            busy: what its controller has been busy with for a while; empty where it plays.
+        """
 
 
 class _Job(BaseModel, ABC):
@@ -79,8 +92,13 @@ class _Job(BaseModel, ABC):
         """The files it needs, by field."""
 
     @abstractmethod
-    def do(self, report: OnSteps) -> None:
-        """Do it, and write the file; raises RealBenchError."""
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+        """Do it, and write the file; raises RealBenchError.
+
+        Args:
+            report: told of the steps that are done.
+            activity: told what the controller is busy with.
+        """
 
 
 class PlayJob(_Job):
@@ -105,7 +123,7 @@ class PlayJob(_Job):
     def inputs(self) -> dict[str, Path]:  # noqa: D102
         return {}
 
-    def do(self, report: OnSteps) -> None:
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
         """Play."""
         from real_bench.phases.intrinsic import IntrinsicPhase
         from real_bench.simulation import load_scene
@@ -123,7 +141,10 @@ class PlayJob(_Job):
             backend=self.backend,
         )
         phase.run(
-            lambda progress: report(progress.n_steps), resume=self.go_on, overwrite=not self.go_on
+            lambda progress: report(progress.n_steps),
+            resume=self.go_on,
+            overwrite=not self.go_on,
+            activity=activity,
         )
 
 
@@ -155,7 +176,7 @@ class ScoringJob(_Job):
     def inputs(self) -> dict[str, Path]:  # noqa: D102
         return {"goals": self.goals, **({"run": self.run} if self.run else {})}
 
-    def do(self, report: OnSteps) -> None:
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
         """Test, going on with a result of the same test."""
         from real_bench.goal_sets import load_goal_set
         from real_bench.phases.extrinsic import ExtrinsicPhase
@@ -174,10 +195,14 @@ class ScoringJob(_Job):
             backend=self.backend,
         )
         phase = ExtrinsicPhase(plan, len(plan.goal_set), self.out)
+
+        def told(result: Result) -> None:
+            report(len(result.trials) * self.trial_steps)
+
         try:
-            phase.run(lambda result: report(len(result.trials) * self.trial_steps), resume=True)
+            phase.run(told, resume=True, activity=activity)
         except ResultError:  # begun by other code, or by a controller that cannot go on
-            phase.run(lambda result: report(len(result.trials) * self.trial_steps), overwrite=True)
+            phase.run(told, overwrite=True, activity=activity)
 
 
 Job = PlayJob | ScoringJob
@@ -199,7 +224,7 @@ class CheckJob(BaseModel):
     jobs: tuple[Annotated[Job, Field(discriminator="kind")], ...]
     plays: dict[str, PlayJob]
 
-    def do(self, report: OnSteps) -> None:
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
         """Try each of them; raises ControllerError with all that is wrong."""
         wrong = []
         for number, job in enumerate(self.jobs):

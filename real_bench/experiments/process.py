@@ -82,7 +82,7 @@ class Processes:
             for line in process.stdout:
                 message = json.loads(line)
                 if "done" in message:
-                    report(message["done"])
+                    report(message["done"], message.get("busy", ""))
         except (BrokenPipeError, ValueError):  # it died in the middle of a word
             message = {}
         with suppress(BrokenPipeError):  # of what it had not read yet

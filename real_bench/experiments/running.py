@@ -137,5 +137,5 @@ class Experiment:
         return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)
 
 
-def _ignored(done: int) -> None:
+def _ignored(done: int, busy: str = "") -> None:
     """A check takes a moment."""

@@ -73,6 +73,20 @@ def test_a_terminal_says_that_it_learns_in_play_and_in_tests(
         assert "learning, 0:01" in realbench(learner, *test).stderr
 
 
+def test_a_table_says_which_of_its_controllers_learn(
+    learner: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "160")
+    (learner / "x.yaml").write_text(
+        "{scene: builtin, steps: 2000, trial_steps: 500, goals: {few: goals.npy},"
+        " cells: [{controller: learner.py, condition: OM}]}"
+    )
+    told = realbench(learner, "table", "x.yaml").stderr
+    assert "now learner-OM-1-seed0 (learning)" in told
+    assert "now learner-OM-1-seed0-few (learning)" in told
+
+
 def test_progress_is_not_shown_to_whom_does_not_want_it(
     learner: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
