@@ -3,7 +3,7 @@ PYTHON ?= python3
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
 
-.PHONY: demo test check lint types docs bench faults fuzz clean
+.PHONY: demo test coverage check lint types docs bench faults fuzz clean
 
 # The whole chain in about two minutes: plays, tests on ten goals, and a table that ends with what
 # was learned beside chance. demo/report.html shows every trial.
@@ -15,6 +15,10 @@ demo: .venv/ready
 
 test: .venv/ready
 	$(BIN)/pytest
+
+# Which lines the tests run, processes of commands and controllers among them.
+coverage: .venv/ready
+	$(BIN)/pytest --cov --cov-report=term:skip-covered
 
 check: lint types docs test
 

@@ -139,12 +139,11 @@ class ProgressDisplay:
 
     def _line(self) -> str:
         done = self._done
-        told = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", self.note]
-        if (
-            self.rate(done) > 0 and not self._busy_with()
-        ):  # the first report only says where it begins
-            told.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
-        return ", ".join(filter(None, told))
+        parts = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", self.note]
+        # the first report only says where it begins
+        if self.rate(done) > 0 and not self._busy_with():
+            parts.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
+        return ", ".join(filter(None, parts))
 
     def rate(self, done: int) -> float:
         """How much is done a second, in this process."""

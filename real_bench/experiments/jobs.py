@@ -249,7 +249,7 @@ class CheckJob(BaseModel):
         )
         for finding in check.findings():
             if not finding.good:
-                raise ControllerError(finding.told)
+                raise ControllerError(finding.detail)
 
     def _check_it_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
         """Raise ControllerError where a play has not the images that a test would learn from."""

@@ -21,6 +21,7 @@ from typing import Any, TextIO
 
 from real_bench.errors import RealBenchError
 from real_bench.experiments.jobs import job_from_json
+from real_bench.parent import end_when
 
 SECONDS_BETWEEN_REPORTS = 0.2
 SECONDS_OF_NO_INTEREST = 1.0
@@ -77,7 +78,7 @@ def main() -> None:
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     job = job_from_json(sys.stdin.readline())
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_when(sys.stdin.read)
     threading.Thread(target=channel.tell_while_busy, daemon=True).start()
     try:
         job.do(channel.report, channel.activity)
@@ -86,8 +87,3 @@ def main() -> None:
         channel.tell(failed=str(error))
     else:
         channel.tell(finished=True)
-
-
-def _end_with_parent() -> None:
-    sys.stdin.read()
-    os._exit(1)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from real_bench import analysis
 from real_bench.errors import RealBenchError
-from real_bench.figures import FIGURES, Asked, FigureData, Numbers, Play, facts
+from real_bench.figures import FIGURES, FigureData, FigureOptions, Numbers, Play, facts
 from real_bench.scoring.statistics import goals_interval
 from tests.figures.bench import Test, made_up, only, reread
 
@@ -129,7 +129,7 @@ def test_coverage_counts_every_state(material: FigureData) -> None:
 
 
 def test_single_numbers(material: FigureData) -> None:
-    told = facts(material, Asked(seed=0))
+    told = facts(material, FigureOptions(seed=0))
     pushed, learned, one, still, two = told["recordings"]
     real = play(material, "pushed")
     assert real.sight is not None
