@@ -70,7 +70,14 @@ def faults(
         unknown: says what there is in place of a name that does not exist.
     """
     told = []
-    for fault in error.errors()[:most]:
+    found = error.errors()
+    places = [fault["loc"] for fault in found]
+    for fault in found[:most]:
+        length = len(fault["loc"])
+        if fault["type"] == "too_short" and any(
+            place[:length] == fault["loc"] and len(place) > length for place in places
+        ):
+            continue  # only because what is in there is wrong
         what = quoted(fault["msg"], 200)
         if unknown is not None and fault["type"] == "extra_forbidden":
             what = f"there is no such name{unknown(fault['loc'])}"

@@ -226,15 +226,15 @@ class CheckJob(BaseModel):
 
     def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
         """Try each of them; raises ControllerError with all that is wrong."""
-        wrong = []
+        wrong: dict[str, str] = {}
         for number, job in enumerate(self.jobs):
             report(number)
             try:
                 self._check(job)
             except RealBenchError as error:
-                wrong.append(f"{job.name}: {error}")
+                wrong.setdefault(str(error), job.name)
         if wrong:
-            raise ControllerError(in_short(wrong))
+            raise ControllerError(in_short([f"{name}: {what}" for what, name in wrong.items()]))
 
     def _check(self, job: Job) -> None:
         from real_bench.phases.checking import ControllerCheck

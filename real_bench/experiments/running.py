@@ -83,7 +83,8 @@ class Experiment:
                     processes.do(alone, _ignored)
                 raise
         except (JobFailedError, WorkerLostError) as error:
-            raise ExperimentError(f"before any work: {error}") from error
+            told = str(error).removeprefix(f"{check.name}: ")
+            raise ExperimentError(f"before any work: {told}") from error
 
     def make(self, work: PendingJobs, update: Update) -> dict[str, str]:
         """Have it done; gives why jobs were not, by name.
