@@ -5,16 +5,16 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from real_bench.controllers.real_ld import RealLDSettings
-
-from real_bench.real_x import DynamicAbstraction, RealX
+from real_bench.real_x import AbstractionSettings, DynamicAbstraction, PlannerSettings, RealX
 from real_bench.real_x.curiosity import Curiosity, CuriositySettings
-from real_bench.real_x.latents import Latents
+from real_bench.real_x.latents import Latents, SightSettings
 
 
-class RealILDSettings(RealLDSettings):
+class RealILDSettings(SightSettings):
     """Settings of REAL-ILD, part by part."""
 
+    abstraction: AbstractionSettings = AbstractionSettings()
+    planner: PlannerSettings = PlannerSettings()
     curiosity: CuriositySettings = CuriositySettings()
 
 

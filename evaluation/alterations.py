@@ -106,7 +106,7 @@ def fate_when_verified(path: Path, goals: Path | None) -> str:
 def main(result: Path, goals: Path | None, number: int, seed: int, whole: bool) -> None:
     """Print how many of the alterations were found, and how."""
     if not whole:
-        results.TrialReplayer = RemembersTrials  # type: ignore[misc]
+        results.TrialReplayer = RemembersTrials  # type: ignore[attr-defined]
     honest, random = json.loads(result.read_text()), np.random.default_rng(seed)
     print(f"{result} as it is: {fate_when_verified(result, goals)}", flush=True)
     everywhere = list(leaves(honest))

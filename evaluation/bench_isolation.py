@@ -97,7 +97,8 @@ def main(scene: str, steps: int, rounds: int) -> None:
     for heading in ("what", "us/step", "isolated", "median ratio", "lowest", "highest"):
         table.add_column(heading, justify="left" if heading == "what" else "right")
     for name, (controller, condition) in MEASURED.items():
-        here, there = [], []
+        here: list[float] = []
+        there: list[float] = []
         for seed in range(rounds):
             for times, backend in ((here, LocalBackend()), (there, isolated)):
                 times.append(seconds(controller, condition, steps, seed, loaded, backend))

@@ -74,7 +74,8 @@ class Scores:
         goals = random.beta(means * sharp, (1 - means) * sharp, (shape[0], 1, len(means)))
         plays = np.exp(random.normal(-(spread**2) / 2, spread, (*shape, 1)))
         share = np.clip(goals * plays, 1e-6, LARGEST_SHARE)
-        return random.beta(share * around, (1 - share) * around)
+        scores: Floats = random.beta(share * around, (1 - share) * around)
+        return scores
 
 
 OURS = (

@@ -8,6 +8,8 @@ Under realbench (`real_bench.compat.install()` first) it tells the same of ours,
 compare the two line by line. So it uses nothing but numpy and `real_robots`.
 """
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
 import importlib
@@ -17,6 +19,7 @@ import json
 import multiprocessing
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import real_robots
@@ -71,9 +74,9 @@ def kind(value):
 class Probe(BasePolicy):
     """Writes down every call with its arguments."""
 
-    calls: list = []  # noqa: RUF012
-    moments: list = []  # noqa: RUF012
-    action: dict = {}  # noqa: RUF012
+    calls: list[Any] = []  # noqa: RUF012
+    moments: list[Any] = []  # noqa: RUF012
+    action: dict[str, Any] = {}  # noqa: RUF012
 
     def __init__(self, action_space, observation_space):
         super().__init__(action_space, observation_space)
@@ -245,7 +248,7 @@ def environment():
     """What the methods of an environment give on a short script."""
     env = made("REALRobot2020-R1M2-v0")
     numbers = ("intrinsic_timesteps", "extrinsic_timesteps", "extrinsic_trials", "goal_idx")
-    found = {"attributes": {name: getattr(env.unwrapped, name) for name in numbers}}
+    found: dict[str, Any] = {"attributes": {name: getattr(env.unwrapped, name) for name in numbers}}
     env.unwrapped.set_goals_dataset_path(GOALS_FILE)
     found["reset"] = list(kind(env.reset()).items())
     env = env.unwrapped

@@ -181,17 +181,18 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
     Raises:
         ExperimentError: it is wrongly described, or a play or test failed.
     """
-    from real_bench.errors import ExperimentError
+    from real_bench.errors import ExperimentError, in_short
     from real_bench.experiments import read_spec
-    from real_bench.experiments.job_state import in_short
     from real_bench.experiments.running import Experiment
 
     experiment = Experiment(read_spec(Path(spec)), jobs)
     if make:
         with experiment.own_folder():
             experiment.prepare()
-            work = experiment.missing()
-            failures = experiment.make(work, _ignore) if len(work) else {}
+            work, failures = experiment.missing(), {}
+            if len(work):
+                experiment.check(work)
+                failures = experiment.make(work, _ignore)
         if failures:
             raise ExperimentError(in_short(list(failures.values())))
     return experiment.rows()
@@ -226,17 +227,17 @@ def score(
         baseline: results on the same goals, than which these must not be worse beyond chance.
         allow_part: let a finished test of a part of the goals pass, too.
     """
-    from real_bench.goal_sets import load_goal_set, shipped_goal_set
+    from real_bench.goal_sets import shipped_sizes
     from real_bench.scoring import verdict
 
     mine = _several(results)
-    shipped = load_goal_set(shipped_goal_set(mine[0].setting.objects))
+    setting = mine[0].setting
     return verdict.judge(
         mine,
         minimum,
         None if baseline is None else _several(baseline),
         goals=None,
-        sizes={shipped.sha256: len(shipped)},
+        sizes=shipped_sizes(setting.objects, setting.scene),
         allow_part=allow_part,
     )
 

@@ -7,9 +7,13 @@ from pathlib import Path
 
 from real_bench.errors import RealBenchError
 
+OURS = Path(__file__).parent
+
 
 def blame(error: BaseException, place: Path | None = None) -> str:
     """What happened and where: the deepest line of the controller's own code.
+
+    Where that called a helper which lies elsewhere, the helper's line is told, too.
 
     Args:
         error: what was raised.
@@ -20,9 +24,12 @@ def blame(error: BaseException, place: Path | None = None) -> str:
         return f"{error.filename}, line {error.lineno}: {error.msg}"
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if _is_in(frame.filename, place)] or list(frames)
-    where = f"{own[-1].filename}, line {own[-1].lineno}: " if own else ""
+    where = f"{_line(own[-1])}: " if own else ""
     text = " ".join(str(error).split())
-    return f"{where}{type(error).__name__}{': ' if text else ''}{text}"
+    told = f"{where}{type(error).__name__}{': ' if text else ''}{text}"
+    if own and frames[-1] is not own[-1] and not _is_in(frames[-1].filename, OURS):
+        return f"{told} (raised at {_line(frames[-1])})"
+    return told
 
 
 def says_enough(error: BaseException, place: Path | None) -> bool:
@@ -31,6 +38,10 @@ def says_enough(error: BaseException, place: Path | None) -> bool:
     raised_there = bool(files) and _is_in(files[-1], place)
     had_part = any(_is_in(file, place) for file in files)
     return isinstance(error, RealBenchError) and (raised_there or not had_part)
+
+
+def _line(frame: traceback.FrameSummary) -> str:
+    return f"{frame.filename}, line {frame.lineno}"
 
 
 def _is_in(file: str, place: Path | None) -> bool:

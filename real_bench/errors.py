@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from real_bench.quoting import quoted
@@ -50,9 +51,35 @@ class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
     """The user asked to stop; everything up to here is kept."""
 
 
-def faults(error: ValidationError, most: int | None = None) -> str:
-    """What is wrong with a record that did not pass its own checks, in one line."""
-    return "; ".join(
-        f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {quoted(fault['msg'], 200)}"
-        for fault in error.errors()[:most]
-    )
+def in_short(reasons: Sequence[str], most: int = 3) -> str:
+    """The first few reasons, and how many more there are."""
+    more = f" (and {len(reasons) - most} more)" if len(reasons) > most else ""
+    return f"{'. '.join(reasons[:most])}{more}"
+
+
+def faults(
+    error: ValidationError,
+    most: int | None = None,
+    unknown: Callable[[tuple[int | str, ...]], str] | None = None,
+) -> str:
+    """What is wrong with a record that did not pass its own checks, in one line.
+
+    Args:
+        error: what its check found.
+        most: how many faults are told; None: all.
+        unknown: says what there is in place of a name that does not exist.
+    """
+    told = []
+    found = error.errors()
+    places = [fault["loc"] for fault in found]
+    for fault in found[:most]:
+        length = len(fault["loc"])
+        if fault["type"] == "too_short" and any(
+            place[:length] == fault["loc"] and len(place) > length for place in places
+        ):
+            continue  # only because what is in there is wrong
+        what = quoted(fault["msg"], 200)
+        if unknown is not None and fault["type"] == "extra_forbidden":
+            what = f"there is no such name{unknown(fault['loc'])}"
+        told.append(f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {what}")
+    return "; ".join(told)

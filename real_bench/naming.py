@@ -21,6 +21,12 @@ def shown_name(spec: str) -> str:
     return spec.upper().replace("_", "-") if spec.startswith("real_") else spec
 
 
+def shareable_name(spec: str) -> str:
+    """A controller's name as files keep it that others may read: of a file no folder."""
+    file, name = without_folder(spec)
+    return f"{file}:{name}" if name else file
+
+
 def explores_at_random(spec: str) -> bool:
     """Whether it is one of the paper's that play alike, at random: one play serves them all."""
     return spec in _EXPLORE_AT_RANDOM

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from real_bench.errors import ControllerError, faults
+from real_bench.nearest import did_you_mean
 from real_bench.yaml_files import parse, read_mapping
 
 Values = dict[str, Any]
@@ -62,9 +63,15 @@ def validated(kind: type[Settings], values: Mapping[str, Any], whose: str) -> Se
     try:
         return kind.model_validate(values)
     except ValidationError as error:
-        known = ", ".join(f"{name}={value}" for name, value in _defaults(kind))
+        known = dict(_defaults(kind))
+
+        def unknown(place: tuple[int | str, ...]) -> str:
+            return did_you_mean(".".join(map(str, place)), known)
+
+        listed = ", ".join(f"{name}={value}" for name, value in known.items())
         raise ControllerError(
-            f"{whose}, bad settings: {faults(error)} (they are, with defaults: {known})"
+            f"{whose}, bad settings: {faults(error, unknown=unknown)} "
+            f"(they are, with defaults: {listed})"
         ) from error
 
 

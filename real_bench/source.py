@@ -14,6 +14,7 @@ from pathlib import Path
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
 from real_bench.naming import CONTROLLER_FILE
+from real_bench.nearest import did_you_mean
 
 GROUP = "real_bench.controllers"
 OURS = "real_bench.controllers"
@@ -150,7 +151,7 @@ def installed(name: str) -> EntryPoint:
     if name not in offers:
         raise ControllerError(
             f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
-            "module:Class, or path/to/file.py[:Class]"
+            f"module:Class, or path/to/file.py[:Class]{did_you_mean(name, offers)}"
         )
     return offers[name]
 

@@ -1,56 +1,65 @@
-"""What the README shows runs as it stands."""
+"""What the README shows runs as it stands, and is short."""
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
-import pytest
+import yaml
 
-from real_bench.cli import COMMANDS
 from tests.cli.shell import realbench
+from tests.pages import ROOT, Page
 
-ROOT = Path(__file__).parents[1]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-PYTHON_BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-
-
-def test_the_python_example_runs() -> None:
-    exec(compile(PYTHON_BLOCKS[0], "README.md", "exec"), {})
+README = Page(ROOT / "README.md")
+MOST_WORDS = 700
 
 
-def test_the_controller_to_begin_with_plays(tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(PYTHON_BLOCKS[1])
-    command = re.search(r"realbench (intrinsic --controller mine\.py .*)", README)
-    assert command is not None
-    arguments = command[1].replace("20000", "2000").split()
-    realbench(tmp_path, *arguments, "--scene", "builtin")
+def test_it_is_read_to_the_end() -> None:
+    assert len(README.text.split()) <= MOST_WORDS
+
+
+def test_its_environment_runs() -> None:
+    exec(compile(README.blocks("python")[1].text, "README.md", "exec"), {})
+
+
+def test_its_controller_plays_and_is_tested_by_its_commands(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(README.blocks("python")[0].text)
+    play, test = (README.command(name) for name in ("intrinsic", "extrinsic"))
+    realbench(tmp_path, *play.replace("20000", "2000").split()[1:], "--scene", "builtin")
     assert '"triplets": 2' in realbench(tmp_path, "inspect", "mine.h5", "--json").stdout
+    realbench(tmp_path, *test.split()[1:], "--trial-steps", "500")
+    realbench(tmp_path, *README.command("report").split()[1:])
 
 
-def test_the_table_of_results_is_what_its_command_prints() -> None:
-    shown = re.search(r"<!-- table -->\n(.*?)\n<!-- end of table -->", README, re.DOTALL)
-    assert shown is not None
-    arguments = ("table", "evaluation/paper.yaml", "--format", "markdown")
-    assert shown[1].strip() == realbench(ROOT, *arguments).stdout.strip()
+def test_its_results_are_those_of_the_table() -> None:
+    rows = json.loads(realbench(ROOT, "table", "evaluation/paper.yaml", "--json").stdout)["rows"]
+    told = {
+        (row["controller"], row["condition"]): (
+            _number(row["summary"]["metrics"]["score"]),
+            row["published"],
+        )
+        for row in rows
+        if row["objects"] == 1 and row["name"].startswith(f"{row['controller']}-{row['condition']}")
+    }
+    shown = re.findall(r"^\| (real_\w+) \| (\w+) \| (.+?) \| (.+?) \|$", README.text, re.MULTILINE)
+    assert shown
+    for controller, condition, ours, published in shown:
+        mean, other = told[controller, condition]
+        assert (ours, published) == (mean, f"{other['mean']:.3f} ± {other['standard_error']:.3f}")
 
 
-@pytest.mark.parametrize("document", ["README.md", "goals/README.md"])
-def test_every_file_that_is_named_exists(document: str) -> None:
-    text = (ROOT / document).read_text(encoding="utf-8")
-    named = re.findall(r"`((?:real_bench|controllers|goals|docs|evaluation)/[\w./-]+)`", text)
-    links = re.findall(r"\]\(([\w./-]+)\)", text)
-    assert named or links
-    for path in [*named, *links]:
-        assert (ROOT / path).exists(), path
+def _number(score: dict[str, float | None]) -> str:
+    error = score["standard_error"]
+    return f"{score['mean']:.3f}" + ("" if error is None else f" ± {error:.3f}")
 
 
-def test_every_command_that_is_named_exists() -> None:
-    for command in re.findall(r"(?:`|^    )realbench ([a-z]+)", README, re.MULTILINE):
-        assert command in COMMANDS
+def test_the_citation_is_of_the_paper_and_of_this_version() -> None:
+    from real_bench.version import __version__
 
-
-def test_every_make_target_that_is_named_exists() -> None:
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    for target in re.findall(r"(?:`|^    )make ([a-z]+)", README, re.MULTILINE):
-        assert f"\n{target}:" in makefile
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert cited["version"] == __version__
+    (paper,) = cited["references"]
+    for author in paper["authors"]:
+        assert f"{author['given-names']} {author['family-names']}" in README.text
+    assert paper["identifiers"][0]["value"] in README.text

@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import click
 
+from real_bench.cli.common import Common, HelpfulGroup, traceback_of, with_common_options
 from real_bench.version import __version__
 
 COMMANDS = {
@@ -34,7 +35,7 @@ Example:
 """
 
 
-class LazyGroup(click.Group):
+class LazyGroup(HelpfulGroup):
     """A group that knows its commands' names and imports a command when it is called."""
 
     def list_commands(self, context: click.Context) -> list[str]:
@@ -46,7 +47,7 @@ class LazyGroup(click.Group):
         if name not in COMMANDS:
             return None
         module = importlib.import_module(f"real_bench.cli.{name}")
-        return cast(click.Command, getattr(module, name))
+        return with_common_options(cast(click.Command, getattr(module, name)))
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -57,16 +58,12 @@ class LazyGroup(click.Group):
 @click.group(
     cls=LazyGroup,
     epilog=EPILOG,
-    invoke_without_command=True,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 @click.version_option(__version__, prog_name="realbench")
-@click.pass_context
-def cli(context: click.Context) -> None:
+def cli() -> None:
     """The REAL benchmark: a robot plays for 15 million steps, without goal or reward, and is then
     tested on 50 goals that it has never seen."""  # noqa: D205, D209
-    if context.invoked_subcommand is None:
-        click.echo(context.get_help())
 
 
 def main(arguments: list[str] | None = None) -> Any:
@@ -77,8 +74,9 @@ def main(arguments: list[str] | None = None) -> Any:
 
     streams.make_usable()
     log_on_stderr()
+    common = Common()
     try:
-        done = cli.main(args=arguments, prog_name="realbench", standalone_mode=False)
+        done = _called(arguments, common)
         streams.flush()
         return done
     except click.ClickException as error:
@@ -98,3 +96,18 @@ def main(arguments: list[str] | None = None) -> Any:
         streams.end(f"error: a name or text that is not UTF-8 ({error})", 1)
     except (click.Abort, KeyboardInterrupt):
         streams.end("interrupted", 130)
+
+
+def _called(arguments: list[str] | None, common: Common) -> Any:
+    """What the command gives; the traceback of a foreseen error is printed where it is wanted."""
+    from real_bench.cli.printing import say
+    from real_bench.errors import Interrupted, RealBenchError
+
+    try:
+        return cli.main(args=arguments, prog_name="realbench", standalone_mode=False, obj=common)
+    except Interrupted:
+        raise
+    except (RealBenchError, OSError, UnicodeError) as error:
+        if common.traceback:
+            say(traceback_of(error), err=True)
+        raise

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def how_many(default: int) -> dict[str, Any]:
     return {"type": kind, "default": default, "show_default": True, "metavar": "N"}
 
 
-@click.group(epilog=GOALS_EPILOG)
+@click.group(cls=HelpfulGroup, epilog=GOALS_EPILOG)
 def goals() -> None:
     """Draw, import and look at goals."""
 

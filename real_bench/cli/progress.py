@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.logging import RichHandler
@@ -11,15 +14,21 @@ from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    ProgressColumn,
+    Task,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
 from rich.table import Column
+from rich.text import Text
 
+from real_bench.cli.common import progress_wanted
 from real_bench.quoting import printable
 
 SECONDS_BETWEEN_LINES = 30.0
+SECONDS_OF_NO_INTEREST = 1.0
+"""What a controller is busy with for less is not told."""
 LEAST_WIDTH = 72
 """Of a terminal in which a bar has room for its numbers; a narrower one gets lines."""
 
@@ -29,8 +38,23 @@ def _cut(*, max_width: int | None = None, ratio: int | None = None) -> Column:
     return Column(no_wrap=True, overflow="ellipsis", max_width=max_width, ratio=ratio)
 
 
+class _NoteColumn(ProgressColumn):
+    """What is told beside the numbers; asked for whenever the bar is drawn."""
+
+    max_refresh = None
+
+    def __init__(self, display: ProgressDisplay) -> None:
+        super().__init__(_cut(ratio=1))  # the room that is left
+        self._display = display
+
+    def render(self, task: Task) -> Text:
+        return Text(self._display.note)
+
+
 class ProgressDisplay:
     """How far a piece of work has come; use it as a context manager.
+
+    Shows nothing where the user said ``--no-progress``.
 
     Args:
         title: what is done.
@@ -41,7 +65,10 @@ class ProgressDisplay:
     def __init__(self, title: str, unit: str, total: int) -> None:
         self._title, self._unit, self._total = printable(title), unit, total
         self._console = Console(stderr=True, markup=False, emoji=False)
-        self._live = self._console.is_terminal and self._console.width >= LEAST_WIDTH
+        self._wanted = progress_wanted()
+        self._live = (
+            self._wanted and self._console.is_terminal and self._console.width >= LEAST_WIDTH
+        )
         self._console.width = max(self._console.width, LEAST_WIDTH)
         self._bar = Progress(
             TextColumn("{task.description}", markup=False, table_column=_cut(max_width=24)),
@@ -50,37 +77,71 @@ class ProgressDisplay:
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(elapsed_when_finished=False),
-            # the room that is left
-            TextColumn("{task.fields[note]}", markup=False, table_column=_cut(ratio=1)),
+            _NoteColumn(self),
             console=self._console,
             expand=True,
             disable=not self._live,
             transient=True,
         )
-        self._task = self._bar.add_task(self._title, total=total, note="")
+        self._task = self._bar.add_task(self._title, total=total)
         self._handler = RichHandler(
             console=self._console, show_time=False, show_level=False, show_path=False
         )
         self._others: list[logging.Handler] = []
         self._began = self._last_line = time.monotonic()
         self._first: int | None = None
+        self._done, self._note = 0, ""
+        self._activity: tuple[str, float] | None = None
+        self._ended = threading.Event()
+
+    @property
+    def note(self) -> str:
+        """What is told beside the numbers: a long activity, or what was last said."""
+        return self._busy_with() or self._note
+
+    @contextmanager
+    def activity(self, what: str) -> Iterator[None]:
+        """The controller is busy with something, which takes as long as the context."""
+        self._activity = (printable(what), time.monotonic())
+        try:
+            yield
+        finally:
+            self._activity = None
 
     def update(self, done: int, note: str = "") -> None:
         """So much is done; ``note`` is shown beside it."""
-        note = printable(note)
+        self._done, self._note = done, printable(note)
         if self._first is None:
             self._first = done
             self._began = time.monotonic()
             self._bar.update(self._task, completed=done)
-        self._bar.update(self._task, completed=done, note=note)
-        now = time.monotonic()
-        if not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
-            self._last_line = now
-            self._console.print(self._line(done, note), soft_wrap=True, highlight=False)
+        self._bar.update(self._task, completed=done)
+        self._print_now_and_then()
 
-    def _line(self, done: int, note: str) -> str:
-        parts = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", note]
-        if self.rate(done) > 0:  # the first report only says where it begins
+    def _print_now_and_then(self) -> None:
+        """A line, in a log that has had none for a while."""
+        now = time.monotonic()
+        if self._wanted and not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
+            self._last_line = now
+            self._console.print(self._line(), soft_wrap=True, highlight=False)
+
+    def _print_while_busy(self) -> None:
+        while not self._ended.wait(SECONDS_OF_NO_INTEREST):
+            if self._busy_with():
+                self._print_now_and_then()
+
+    def _busy_with(self) -> str:
+        activity = self._activity  # another thread may end it
+        if activity is None:
+            return ""
+        seconds = int(time.monotonic() - activity[1])
+        return f"{activity[0]}, {_clock(seconds)}" if seconds >= SECONDS_OF_NO_INTEREST else ""
+
+    def _line(self) -> str:
+        done = self._done
+        parts = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", self.note]
+        # the first report only says where it begins
+        if self.rate(done) > 0 and not self._busy_with():
             parts.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
         return ", ".join(filter(None, parts))
 
@@ -90,12 +151,21 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         self._bar.start()
+        if self._wanted and not self._live:
+            threading.Thread(target=self._print_while_busy, daemon=True).start()
         if self._live:  # what parts say of their work goes above the bar
             handlers = logging.getLogger("real_bench").handlers
             self._others, handlers[:] = list(handlers), [self._handler]
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._ended.set()
         if self._live:
             logging.getLogger("real_bench").handlers[:] = self._others
         self._bar.stop()
+
+
+def _clock(seconds: int) -> str:
+    minutes, rest = divmod(seconds, 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -61,7 +61,7 @@ def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerP
             )
 
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
-            return phase.run(report, resume=resume, overwrite=overwrite)
+            return phase.run(report, resume=resume, overwrite=overwrite, activity=display.activity)
 
 
 def result_of(
@@ -137,7 +137,13 @@ def run_trials(
             display.update(len(result.trials), f"score {result.score:.3f}")
 
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
-            return phase.run(report, resume=resume, overwrite=overwrite, proxy=proxy)
+            return phase.run(
+                report,
+                resume=resume,
+                overwrite=overwrite,
+                proxy=proxy,
+                activity=display.activity,
+            )
 
 
 def show_result(result: Result, out: Path, *, as_json: bool) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say
 
 INSTALL_EPILOG = """\b
@@ -16,7 +17,7 @@ Example:
 """
 
 
-@click.group()
+@click.group(cls=HelpfulGroup)
 def scene() -> None:
     """Install and list scenes."""
 

@@ -130,16 +130,17 @@ def _options_of_a_test(context: click.Context) -> list[str]:
         parameter.opts[0]
         for parameter in context.command.params
         if parameter.name not in OF_BOTH
+        and parameter.expose_value
         and context.get_parameter_source(str(parameter.name)) is ParameterSource.COMMANDLINE
     ]
 
 
 def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | None, dict[str, int]]:
     """The hash of the goals that are named; how many these and the shipped ones are."""
-    from real_bench.goal_sets import load_goal_set, shipped_goal_set
+    from real_bench.goal_sets import load_goal_set, shipped_sizes
 
-    shipped = load_goal_set(shipped_goal_set(results[0].setting.objects))
-    sizes = {shipped.sha256: len(shipped)}
+    setting = results[0].setting
+    sizes = shipped_sizes(setting.objects, setting.scene)
     if named is None:
         return None, sizes
     goal_set = load_goal_set(named)

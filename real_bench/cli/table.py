@@ -10,7 +10,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
-from real_bench.errors import ExperimentError
+from real_bench.errors import ExperimentError, in_short
 
 if TYPE_CHECKING:
     from real_bench.experiments import Spec
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Example:
-  realbench table evaluation/smoke.yaml                   # the whole chain in some minutes
+  realbench table mine.yaml --init                        # write one to begin with
+  realbench table mine.yaml                               # make what is missing, print the table
   realbench table evaluation/paper.yaml --format markdown
   realbench table mine.yaml --scheduler tcp://10.0.0.1:8786
 """
@@ -30,6 +31,9 @@ NAMES_SHOWN = 2
 
 @click.command(epilog=EPILOG)
 @click.argument("spec", type=options.FILE)
+@click.option(
+    "--init", is_flag=True, help="Write an experiment to begin with, every key explained."
+)
 @click.option(
     "--run/--no-run", default=None, help="Make what is missing. [default: as the SPEC says]"
 )
@@ -46,6 +50,7 @@ NAMES_SHOWN = 2
 @options.json_option
 def table(
     spec: Path,
+    init: bool,
     run: bool | None,
     jobs: int | None,
     scheduler: str | None,
@@ -62,9 +67,11 @@ def table(
     plug): the same command goes on, and ends in the same table to the last digit.
     """
     from real_bench.experiments import read_spec
-    from real_bench.experiments.job_state import in_short
     from real_bench.experiments.running import Experiment
 
+    if init:
+        _begin(spec, overwrite=overwrite)
+        return
     experiment = Experiment(read_spec(spec), jobs, scheduler, isolate)
     wanted = experiment.spec.run if run is None else run
     if isolate:
@@ -75,12 +82,21 @@ def table(
             experiment.prepare()
             work = experiment.missing(go_on=resume, overwrite=overwrite)
             if len(work):
+                experiment.check(work)
                 failures = _make(experiment, work)
     _show(experiment.spec, experiment.rows(), "json" if as_json else form)
     if failures:
         raise ExperimentError(in_short(list(failures.values())))
     if not wanted:
         _tell_missing(experiment.missing(), spec)
+
+
+def _begin(spec: Path, *, overwrite: bool) -> None:
+    """Write an experiment to begin with."""
+    from real_bench.experiments.spec import write_template
+
+    write_template(spec, overwrite=overwrite)
+    say(f"{spec} is an experiment to begin with: make its table by `realbench table {spec}`")
 
 
 def _make(experiment: Experiment, work: PendingJobs) -> dict[str, str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ExperimentError
-from real_bench.experiments.jobs import Job, OnSteps, job_from_json
+from real_bench.experiments.jobs import CheckJob, Job, OnSteps, job_from_json
 from real_bench.experiments.process import Processes, WorkerLostError
 from real_bench.files import write_whole
 from real_bench.locks import own_folder
@@ -108,7 +108,7 @@ class Cluster:
         _, message = event
         report = self._reports.get(message["job"])
         if report is not None:
-            report(message["done"])
+            report(message["done"], message.get("busy", ""))
 
 
 def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
@@ -117,15 +117,15 @@ def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
 
     worker = get_worker()
     key = worker.get_current_task()
-    sent = job_from_json(text)
+    sent = _job(text)
     with own_folder("realbench-job-") as folder:
         job = _moved(sent, contents, folder)
 
-        def report(done: int) -> None:
+        def report(done: int, busy: str = "") -> None:
             known = worker.state.tasks.get(key)
             if known is None or known.state == "cancelled":
                 raise NotWantedError
-            worker.log_event(topic, {"job": sent.name, "done": done})
+            worker.log_event(topic, {"job": sent.name, "done": done, "busy": busy})
 
         Processes().do(job, report)
         return job.out.read_bytes()
@@ -138,4 +138,10 @@ def _moved(job: Job, contents: dict[str, bytes], folder: Path) -> Job:
         places[field].write_bytes(content)
     values = json.loads(job.model_dump_json())
     moved = {field: str(path) for field, path in places.items()}
-    return job_from_json(json.dumps({**values, **moved, "out": str(folder / job.out.name)}))
+    return _job(json.dumps({**values, **moved, "out": str(folder / job.out.name)}))
+
+
+def _job(text: str) -> Job:
+    job = job_from_json(text)
+    assert not isinstance(job, CheckJob)  # checks are made where the experiment is
+    return job

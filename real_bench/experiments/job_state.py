@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from real_bench.errors import ControllerError, ExperimentError
+from real_bench.errors import ControllerError, ExperimentError, in_short
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
@@ -51,12 +51,6 @@ def not_of_this(job: Job, reasons: Sequence[str]) -> str:
 def refusal(wrong: Sequence[str]) -> ExperimentError:
     """The error for files that are not of the experiment, and what to do about them."""
     return ExperimentError(f"{in_short(wrong)}. Move them away, or let --overwrite replace them")
-
-
-def in_short(reasons: Sequence[str], most: int = 3) -> str:
-    """The first few reasons, and how many more there are."""
-    more = f" (and {len(reasons) - most} more)" if len(reasons) > most else ""
-    return f"{'. '.join(reasons[:most])}{more}"
 
 
 def _misfits(job: ScoringJob, result: Result) -> list[str]:

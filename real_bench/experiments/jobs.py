@@ -7,18 +7,32 @@ from __future__ import annotations
 
 import platform
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from real_bench.errors import ControllerError, ResultError
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError, RealBenchError, ResultError, in_short
+from real_bench.phases.activity import Activity, unwatched
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
 
-OnSteps = Callable[[int], None]
-"""Told how many steps are done."""
+if TYPE_CHECKING:
+    from real_bench.scoring.result import Result
+
+
+class OnSteps(Protocol):
+    """Told how far a job has come."""
+
+    def __call__(self, done: int, busy: str = "") -> None:
+        """So many steps are done.
+
+        Args:
+            done: how many.
+            busy: what its controller has been busy with for a while; empty where it plays.
+        """
 
 
 class _Job(BaseModel, ABC):
@@ -78,8 +92,13 @@ class _Job(BaseModel, ABC):
         """The files it needs, by field."""
 
     @abstractmethod
-    def do(self, report: OnSteps) -> None:
-        """Do it, and write the file; raises RealBenchError."""
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+        """Do it, and write the file; raises RealBenchError.
+
+        Args:
+            report: told of the steps that are done.
+            activity: told what the controller is busy with.
+        """
 
 
 class PlayJob(_Job):
@@ -104,9 +123,8 @@ class PlayJob(_Job):
     def inputs(self) -> dict[str, Path]:  # noqa: D102
         return {}
 
-    def do(self, report: OnSteps) -> None:
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
         """Play."""
-        from real_bench.conditions import Condition
         from real_bench.phases.intrinsic import IntrinsicPhase
         from real_bench.simulation import load_scene
 
@@ -123,7 +141,10 @@ class PlayJob(_Job):
             backend=self.backend,
         )
         phase.run(
-            lambda progress: report(progress.n_steps), resume=self.go_on, overwrite=not self.go_on
+            lambda progress: report(progress.n_steps),
+            resume=self.go_on,
+            overwrite=not self.go_on,
+            activity=activity,
         )
 
 
@@ -155,9 +176,8 @@ class ScoringJob(_Job):
     def inputs(self) -> dict[str, Path]:  # noqa: D102
         return {"goals": self.goals, **({"run": self.run} if self.run else {})}
 
-    def do(self, report: OnSteps) -> None:
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
         """Test, going on with a result of the same test."""
-        from real_bench.conditions import Condition
         from real_bench.goal_sets import load_goal_set
         from real_bench.phases.extrinsic import ExtrinsicPhase
         from real_bench.phases.trial import TrialPlan
@@ -175,16 +195,82 @@ class ScoringJob(_Job):
             backend=self.backend,
         )
         phase = ExtrinsicPhase(plan, len(plan.goal_set), self.out)
+
+        def told(result: Result) -> None:
+            report(len(result.trials) * self.trial_steps)
+
         try:
-            phase.run(lambda result: report(len(result.trials) * self.trial_steps), resume=True)
+            phase.run(told, resume=True, activity=activity)
         except ResultError:  # begun by other code, or by a controller that cannot go on
-            phase.run(lambda result: report(len(result.trials) * self.trial_steps), overwrite=True)
+            phase.run(told, overwrite=True, activity=activity)
 
 
 Job = PlayJob | ScoringJob
-_ADAPTER: TypeAdapter[Job] = TypeAdapter(Annotated[Job, Field(discriminator="kind")])
 
 
-def job_from_json(text: str) -> Job:
+class CheckJob(BaseModel):
+    """Finding out in a moment whether jobs can be done: their controllers play a few steps.
+
+    Attributes:
+        name: of its log.
+        jobs: what is to be done; of jobs that differ in nothing that matters, one.
+        plays: the plays to come that tests among them learn from, by name.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["check"] = "check"
+    name: str = "check"
+    jobs: tuple[Annotated[Job, Field(discriminator="kind")], ...]
+    plays: dict[str, PlayJob]
+
+    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+        """Try each of them; raises ControllerError with all that is wrong."""
+        wrong: dict[str, str] = {}
+        for number, job in enumerate(self.jobs):
+            report(number)
+            try:
+                self._check(job)
+            except RealBenchError as error:
+                wrong.setdefault(str(error), job.name)
+        if wrong:
+            raise ControllerError(in_short([f"{name}: {what}" for what, name in wrong.items()]))
+
+    def _check(self, job: Job) -> None:
+        from real_bench.phases.checking import ControllerCheck
+        from real_bench.simulation import load_scene
+
+        condition = Condition.parse(job.condition)
+        if isinstance(job, ScoringJob) and job.play in self.plays:
+            self._check_it_can_learn(job, self.plays[job.play], condition)
+        scene = load_scene(job.scene)
+        check = ControllerCheck(
+            job.controller, condition, scene, job.objects, job.settings, job.backend
+        )
+        for finding in check.findings():
+            if not finding.good:
+                raise ControllerError(finding.detail)
+
+    def _check_it_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
+        """Raise ControllerError where a play has not the images that a test would learn from."""
+        if condition.sees_objects or not Condition.parse(play.condition).sees_objects:
+            return
+        learns = job.backend.identity(job.controller, job.settings).learns_from_experience
+        recorded = play.images
+        if recorded is None:
+            recorded = play.backend.identity(play.controller, play.settings).uses_images
+        if learns and not recorded:
+            raise ControllerError(
+                f"it learns from images, and play {play.name} records none: give the play "
+                "`images: true`"
+            )
+
+
+_ADAPTER: TypeAdapter[Job | CheckJob] = TypeAdapter(
+    Annotated[PlayJob | ScoringJob | CheckJob, Field(discriminator="kind")]
+)
+
+
+def job_from_json(text: str) -> Job | CheckJob:
     """The job that ``model_dump_json`` wrote; raises ValueError."""
     return _ADAPTER.validate_json(text)

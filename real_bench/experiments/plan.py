@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from real_bench.experiments.job_state import JobState, not_of_this, refusal, state_of
-from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
+from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
 from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
 
 _T = TypeVar("_T", PlayJob, ScoringJob)
@@ -31,6 +32,23 @@ class PendingJobs:
     def n_steps(self) -> int:
         """How many steps of simulation there are to do."""
         return sum(job.n_steps for job in (*self.plays, *self.scorings))
+
+    @property
+    def check(self) -> CheckJob:
+        """What finds out in a moment whether all of them can be done."""
+        plays = {job.name: job for job in self.plays}
+        unlike: dict[str, Job] = {}
+        jobs: tuple[Job, ...] = (*self.plays, *self.scorings)
+        for job in jobs:
+            learned = plays.get(job.play or "") if isinstance(job, ScoringJob) else None
+            played = learned and (learned.controller, learned.condition, learned.images)
+            told = [job.controller, job.condition, job.objects, job.settings, played]
+            unlike.setdefault(json.dumps(told, sort_keys=True), job)
+        needed = {job.play for job in unlike.values() if isinstance(job, ScoringJob)}
+        return CheckJob(
+            jobs=tuple(unlike.values()),
+            plays={name: job for name, job in plays.items() if name in needed},
+        )
 
     def __len__(self) -> int:
         return len(self.plays) + len(self.scorings)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from real_bench.errors import ExperimentError, RealBenchError
-from real_bench.experiments.jobs import Job, OnSteps
+from real_bench.experiments.jobs import CheckJob, Job, OnSteps
 
 WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import main; main()"
 """Without the current folder, which may be a stranger's, among those that are imported from."""
@@ -37,8 +37,8 @@ class Processes:
         self._running: set[subprocess.Popen[str]] = set()
         self._stopped = False
 
-    def do(self, job: Job, report: OnSteps) -> None:
-        """Do a job; returns when its file is there.
+    def do(self, job: Job | CheckJob, report: OnSteps) -> None:
+        """Do a job; returns when its file is there, or the check has found nothing.
 
         Raises:
             JobFailedError: it cannot be done, and why.
@@ -69,7 +69,9 @@ class Processes:
             process.kill()
 
     @staticmethod
-    def _follow(process: subprocess.Popen[str], job: Job, report: OnSteps) -> dict[str, Any]:
+    def _follow(
+        process: subprocess.Popen[str], job: Job | CheckJob, report: OnSteps
+    ) -> dict[str, Any]:
         """Listen to the end; returns the last message."""
         assert process.stdin is not None
         assert process.stdout is not None
@@ -80,7 +82,7 @@ class Processes:
             for line in process.stdout:
                 message = json.loads(line)
                 if "done" in message:
-                    report(message["done"])
+                    report(message["done"], message.get("busy", ""))
         except (BrokenPipeError, ValueError):  # it died in the middle of a word
             message = {}
         with suppress(BrokenPipeError):  # of what it had not read yet
@@ -99,7 +101,7 @@ class Processes:
             start_new_session=True,  # Ctrl-C is for us; they end with us
         )
 
-    def _log(self, job: Job) -> AbstractContextManager[IO[bytes] | None]:
+    def _log(self, job: Job | CheckJob) -> AbstractContextManager[IO[bytes] | None]:
         if self._logs is None:
             return nullcontext()
         try:

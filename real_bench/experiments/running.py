@@ -8,9 +8,9 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from real_bench.errors import Interrupted
+from real_bench.errors import ExperimentError, Interrupted
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
-from real_bench.experiments.process import Processes
+from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
 from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
 from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.spec import Spec
@@ -64,6 +64,28 @@ class Experiment:
             go_on=go_on, overwrite=overwrite
         )
 
+    def check(self, work: PendingJobs) -> None:
+        """Have every controller play a few steps before any work is done.
+
+        In a process of its own: a controller may end the one that it is in.
+
+        Raises:
+            ExperimentError: something cannot be done, and why.
+        """
+        processes = Processes(self.spec.results_folder / "logs")
+        check = work.check
+        try:
+            try:
+                processes.do(check, _ignored)
+            except WorkerLostError:  # of which of them?
+                for each in check.jobs:
+                    alone = check.model_copy(update={"name": each.name, "jobs": (each,)})
+                    processes.do(alone, _ignored)
+                raise
+        except (JobFailedError, WorkerLostError) as error:
+            told = str(error).removeprefix(f"{check.name}: ")
+            raise ExperimentError(f"before any work: {told}") from error
+
     def make(self, work: PendingJobs, update: Update) -> dict[str, str]:
         """Have it done; gives why jobs were not, by name.
 
@@ -114,3 +136,7 @@ class Experiment:
         from real_bench.experiments.cluster import AT_ONCE, Cluster
 
         return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)
+
+
+def _ignored(done: int, busy: str = "") -> None:
+    """A check takes a moment."""

@@ -45,7 +45,7 @@ class ExperimentProgress:
     Attributes:
         n_steps: steps of simulation done.
         n_jobs: jobs that have come to an end.
-        running: names of those that are being done.
+        running: names of those that are being done, and what their controllers are busy with.
         waits_for: what must come before they can be; empty where nothing is missing.
     """
 
@@ -87,7 +87,7 @@ class JobScheduler:
                     done, _ = wait(running, SECONDS_BETWEEN_UPDATES, FIRST_COMPLETED)
                     for future in done:
                         shift.end(running.pop(future), future.exception())
-                    names = [job.name for job in running.values()]
+                    names = [shift.told(job) for job in running.values()]
                     update(shift.progress(names, self._workplace.waits_for() if names else ""))
             except BaseException:
                 self._workplace.stop()
@@ -112,16 +112,22 @@ class _Shift:
         self.ready: deque[Job] = deque([*work.plays, *free])
         self._waiting = [job for job in work.scorings if job.play in to_play]
         self._steps: dict[str, int] = {}
+        self._busy: dict[str, str] = {}
         self._n_ended = 0
         self.failures: dict[str, str] = {}
 
     def reporter(self, job: Job) -> OnSteps:
         """What the job is to tell of its steps."""
 
-        def report(done: int) -> None:
-            self._steps[job.name] = done
+        def report(done: int, busy: str = "") -> None:
+            self._steps[job.name], self._busy[job.name] = done, busy
 
         return report
+
+    def told(self, job: Job) -> str:
+        """A job's name, and what its controller is busy with where it has been for a while."""
+        busy = self._busy.get(job.name)
+        return f"{job.name} ({busy})" if busy else job.name
 
     def end(self, job: Job, error: BaseException | None) -> None:
         """A job has come to an end; what waited for it can begin, or never will."""

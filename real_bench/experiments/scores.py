@@ -15,6 +15,7 @@ from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.spec import Cell, Spec
 from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.naming import shareable_name
 from real_bench.physics import physics_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
@@ -66,6 +67,7 @@ class Row:
         """All of it; files by name."""
         return {
             **self.cell.model_dump(mode="json"),
+            "controller": shareable_name(self.cell.controller),
             "repeats": self.n_asked,
             "seeds_done": list(self.seeds),
             "files": [file.name for file in self.files],

@@ -17,8 +17,12 @@ from pydantic import (
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
+from real_bench.files import check_output, write_whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.nearest import did_you_mean, what_there_is
 from real_bench.yaml_files import read_mapping
+
+TEMPLATE = Path(__file__).with_name("template.yaml")
 
 OWN, NONE, SHIPPED = "own", "none", "shipped"
 
@@ -32,7 +36,13 @@ class _Record(BaseModel):
 
 
 class Published(_Record):
-    """A score as somebody published it: mean, its standard error, of how many repetitions."""
+    """A score as somebody published it.
+
+    Attributes:
+        mean: of the scores of its repetitions.
+        standard_error: of that mean.
+        repeats: how many repetitions there were.
+    """
 
     mean: float
     standard_error: Annotated[float, Field(ge=0)] | None = None
@@ -67,7 +77,12 @@ class Play(_Played):
 
 
 class DrawnGoals(_Record):
-    """Goals to be drawn: the seed, and how many of each class; None: as many as the official."""
+    """Goals to be drawn.
+
+    Attributes:
+        seed: that they are drawn with.
+        counts: how many of each class; None: as many as the official sets have, 25, 15 and 10.
+    """
 
     seed: Seed
     counts: dict[Literal["2D", "2.5D", "3D"], Annotated[int, Field(ge=0)]] | None = None
@@ -119,10 +134,12 @@ class Spec(_Record):
         folder: of the file that describes it; paths in it are relative to this.
         title: above the table.
         results: folder of recordings and results.
-        run: make what is missing without being asked to.
+        run: whether what is missing is made without being asked to.
         scene: name or manifest.
-        steps, trial_steps: how long a play, and a trial, lasts.
-        repeats, seed: how many, with seeds from this one on.
+        steps: how long a play lasts.
+        trial_steps: how long a trial lasts.
+        repeats: how many, each with a seed of its own.
+        seed: of the first repeat; those of the others follow.
         goals: goal sets by name: ``shipped``, a file, or goals to be drawn.
         plays: plays by name.
         cells: of the table, in its order.
@@ -148,10 +165,18 @@ class Spec(_Record):
             raise ValueError(f"two cells are named {', '.join(twice)}: give them a name")
         for cell in self.cells:
             if cell.play not in (OWN, NONE, *self.plays):
-                known = ", ".join([OWN, NONE, *self.plays])
-                raise ValueError(f"cell {cell.name} learns from {cell.play!r}: use {known}")
+                known = [OWN, NONE, *self.plays]
+                raise ValueError(
+                    f"cell {cell.name} learns from {cell.play!r}: use {', '.join(known)}"
+                    f"{did_you_mean(cell.play, known)}"
+                )
+            if cell.play in self.plays:
+                _check_it_fits(cell, self.plays[cell.play])
             if unknown := [name for name in cell.goals if name not in self.goals]:
-                raise ValueError(f"cell {cell.name} has unknown goals {', '.join(unknown)}")
+                raise ValueError(
+                    f"cell {cell.name} has unknown goals {', '.join(unknown)}: use "
+                    f"{', '.join(self.goals)}{did_you_mean(unknown[0], self.goals)}"
+                )
         shared = {f"{cell.play}-{cell.objects}" for cell in self.cells if cell.play in self.plays}
         if taken := shared & {cell.name for cell in self.cells if cell.play == OWN}:
             raise ValueError(f"the recordings of play and cell {', '.join(taken)} share a name")
@@ -182,7 +207,9 @@ class Spec(_Record):
         source = self.goals[name]
         if isinstance(source, DrawnGoals):
             return self.results_folder / f"goals-{name}-{objects}.npy"
-        return shipped_goal_set(objects) if source == SHIPPED else self.folder / source
+        if source != SHIPPED:
+            return self.folder / source
+        return shipped_goal_set(objects, self.scene)
 
     def play_of(self, cell: Cell) -> tuple[str, Play] | None:
         """What a cell learns from, and what its recordings' names begin with."""
@@ -208,7 +235,28 @@ def read_spec(path: Path) -> Spec:
     try:
         return Spec.model_validate({**defaults, **values, "folder": path.resolve().parent})
     except ValidationError as error:
-        raise ExperimentError(f"the experiment {path} is not valid: {faults(error)}") from error
+        found = faults(error, unknown=what_there_is(Spec, {"folder"}))
+        raise ExperimentError(f"the experiment {path} is not valid: {found}") from error
+
+
+def write_template(path: Path, *, overwrite: bool = False) -> None:
+    """Write an experiment to begin with, every key explained.
+
+    Raises:
+        OutputError: there is a file already, or none can be written.
+    """
+    check_output(path, overwrite=overwrite)
+    write_whole(path, TEMPLATE.read_bytes())
+
+
+def _check_it_fits(cell: Cell, play: Play) -> None:
+    """Raise ValueError where what was played in one condition cannot serve in another."""
+    learns, played = Condition.parse(cell.condition), Condition.parse(play.condition)
+    told = f"cell {cell.name} learns from {cell.play!r}, which is played in {played.name}"
+    if learns.control != played.control:
+        raise ValueError(f"{told}: it needs a play in {learns.name}")
+    if learns.sees_objects and not played.sees_objects:
+        raise ValueError(f"{told}, where no positions are seen: it needs a play in {learns.name}")
 
 
 def _short(controller: str) -> str:

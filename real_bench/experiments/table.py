@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
 from rich import box
+from rich.console import Console, Group
+from rich.measure import Measurement
 from rich.table import Table
 
 from real_bench.experiments.scores import Row
@@ -13,6 +16,7 @@ from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.physics import mixture
 from real_bench.quoting import markdown, quoted
+from real_bench.scoring.columns import ABSENT, filled
 from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.repeats import ENOUGH_REPEATS
 from real_bench.scoring.statistics import (
@@ -23,47 +27,54 @@ from real_bench.scoring.statistics import (
 )
 
 OVER = interval_heading(OVER_PLAYS_AND_GOALS)
-LEGEND = (
-    f"s.e.: standard error over repeats; {OVER}: how far the mean would go if all was done again, "
-    f"which fewer than {LEAST_PLAYS} plays do not tell; IQM: interquartile mean"
-)
+KEYS, MEAN = ("controller", "condition", "objects"), "mean ± s.e."
+LEGEND = {
+    MEAN: "s.e.: standard error over repeats",
+    OVER: f"{OVER}: how far the mean would go if all was done again, which fewer than "
+    f"{LEAST_PLAYS} plays do not tell",
+    "IQM": "IQM: interquartile mean",
+}
+"""What is to be said of columns."""
 FEW, UNLIKE, MIXED = "*", "†", "‡"
 LONGEST = 1000
-ABSENT = "-"
+LONGEST_HEADING, LONGEST_NAME = 14, 18
+WIDEST = 100
+"""Columns of a terminal that a table may take."""
 
 
-def headings() -> list[str]:
-    """Of the columns; beside the score, the metrics that are shown where room is short."""
-    return [
-        *("controller", "condition", "objects", "repeats", "goals"),
-        *("mean ± s.e.", OVER, "IQM", *CHALLENGES),
+def columns(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
+    """Headings, and the cells of each row, of the columns in which any row has something.
+
+    Beside the score stand the metrics that are shown where room is short.
+    """
+    headings = [
+        *(*KEYS, "repeats", "goals"),
+        *(MEAN, OVER, "IQM", *CHALLENGES),
         *(METRICS[name].title for name in _others()),
         *("published", "difference"),
     ]
+    return filled(headings, [cells(row) for row in rows], always=(*KEYS, "repeats", MEAN))
 
 
-def text_table(spec: Spec, rows: Sequence[Row]) -> Table:
-    """For a terminal."""
-    table = Table(
-        title=quoted(spec.title),
-        caption="\n".join(notes(rows)),
-        caption_justify="left",
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    for number, heading in enumerate(headings()):
-        table.add_column(heading, justify="left" if number < 2 else "right")
-    for row in rows:
-        table.add_row(*cells(row))
-    return table
+def text_table(spec: Spec, rows: Sequence[Row]) -> Group:
+    """For a terminal; where one table would be too wide for most of these, it is two."""
+    headings, shown = columns(rows)
+    whole = _text_table(headings, shown)
+    if _width(whole) <= WIDEST:
+        return Group(quoted(spec.title), "", whole, "", *notes(rows))
+    first = [*KEYS, "repeats", MEAN, OVER, "published", "difference"]
+    others = [heading for heading in headings if heading in KEYS or heading not in first]
+    tables = [_text_table(*_only(part, headings, shown)) for part in (first, others)]
+    return Group(quoted(spec.title), "", tables[0], "", tables[1], "", *notes(rows))
 
 
 def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
     """For a README or a job summary."""
     from tabulate import tabulate
 
-    shown = [(markdown(name), *numbers) for name, *numbers in map(cells, rows)]
-    table = tabulate(shown, headings(), "github", disable_numparse=True)
+    headings, shown = columns(rows)
+    escaped = [(markdown(name), *numbers) for name, *numbers in shown]
+    table = tabulate(escaped, headings, "github", disable_numparse=True)
     below = "".join(f"\n{markdown(note)}  " for note in notes(rows))
     return f"### {markdown(spec.title)}\n\n{table}\n{below}"
 
@@ -72,9 +83,8 @@ def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
     """For a paper that uses booktabs."""
     from tabulate import tabulate
 
-    table = tabulate(
-        [cells(row) for row in rows], headings(), "latex_booktabs", disable_numparse=True
-    )
+    headings, shown = columns(rows)
+    table = tabulate(shown, headings, "latex_booktabs", disable_numparse=True)
     remarks = "".join(f"% {quoted(note, LONGEST)}\n" for note in (spec.title, *notes(rows)))
     return remarks + table.replace("±", r"$\pm$")
 
@@ -121,7 +131,7 @@ def notes(rows: Sequence[Row]) -> list[str]:
     """What is to be said below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
     lines = [
-        LEGEND,
+        "; ".join(LEGEND[heading] for heading in columns(rows)[0] if heading in LEGEND),
         *(f"{row.cell.name}: {quoted(row.cell.note, LONGEST)}" for row in rows if row.cell.note),
     ]
     if any(row.difference is not None and not row.is_enough for row in rows):
@@ -139,6 +149,35 @@ def notes(rows: Sequence[Row]) -> list[str]:
         wanted = sum(row.n_asked for row in rows)
         lines.append(f"{missing} of {wanted} repeats are missing")
     return lines
+
+
+def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, padding=0, show_edge=False)
+    for heading in headings:
+        broken = "\n".join(textwrap.wrap(heading, LONGEST_HEADING))
+        left = heading in KEYS[:2]
+        # a long name is broken, so that no number is
+        longest = LONGEST_NAME if heading == KEYS[0] else None
+        table.add_column(
+            broken, justify="left" if left else "right", overflow="fold", max_width=longest
+        )
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _width(table: Table) -> int:
+    """How many columns of a terminal it takes where there is room."""
+    console = Console(width=10 * WIDEST)
+    return Measurement.get(console, console.options, table).maximum
+
+
+def _only(
+    wanted: Sequence[str], headings: Sequence[str], rows: Sequence[Sequence[str]]
+) -> tuple[list[str], list[list[str]]]:
+    """The wanted of the columns that there are."""
+    numbers = [headings.index(heading) for heading in wanted if heading in headings]
+    return [headings[number] for number in numbers], [[row[n] for n in numbers] for row in rows]
 
 
 def _others() -> list[str]:

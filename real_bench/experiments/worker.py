@@ -2,7 +2,8 @@
 
 The job comes as one line of JSON on standard input, which then stays open: when it closes, whoever
 asked is gone, and so is this process. Lines of JSON on standard output say how far it has come
-(``done``, in steps) and how it ended (``finished`` or ``failed``).
+(``done``, in steps, and what its controller is ``busy`` with) and how it ended (``finished`` or
+``failed``).
 """
 
 from __future__ import annotations
@@ -11,7 +12,11 @@ import json
 import logging
 import os
 import sys
+import threading
 import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, TextIO
 
 from real_bench.errors import RealBenchError
@@ -19,6 +24,8 @@ from real_bench.experiments.jobs import job_from_json
 from real_bench.parent import end_when
 
 SECONDS_BETWEEN_REPORTS = 0.2
+SECONDS_OF_NO_INTEREST = 1.0
+"""What a controller is busy with for less is not told."""
 
 
 class _Channel:
@@ -27,18 +34,41 @@ class _Channel:
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._last = 0.0
+        self._done = 0
+        self._activity: tuple[str, float] | None = None
+        self._lock, self._ended = threading.Lock(), False
 
     def tell(self, **message: Any) -> None:
-        """One line."""
-        self._stream.write(json.dumps(message) + "\n")
-        self._stream.flush()
+        """One line; none after the one that says how it ended."""
+        with self._lock:
+            if not self._ended:
+                self._stream.write(json.dumps(message) + "\n")
+                self._stream.flush()
+            self._ended = self._ended or "done" not in message
 
-    def report(self, done: int) -> None:
+    def report(self, done: int, busy: str = "") -> None:
         """How many steps are done, but not too often."""
-        now = time.monotonic()
+        self._done, now = done, time.monotonic()
         if now - self._last > SECONDS_BETWEEN_REPORTS:
             self._last = now
-            self.tell(done=done)
+            self.tell(done=done, busy=busy)
+
+    @contextmanager
+    def activity(self, what: str) -> Iterator[None]:
+        """The controller is busy with something, which takes as long as the context."""
+        self._activity = (what, time.monotonic())
+        try:
+            yield
+        finally:
+            self._activity = None
+
+    def tell_while_busy(self) -> None:
+        """Say what the controller is busy with, as long as it is; never returns."""
+        while True:
+            time.sleep(SECONDS_OF_NO_INTEREST)
+            activity = self._activity
+            if activity and time.monotonic() - activity[1] > SECONDS_OF_NO_INTEREST:
+                self.tell(done=self._done, busy=activity[0])
 
 
 def main() -> None:
@@ -49,9 +79,11 @@ def main() -> None:
     logging.getLogger("real_bench").setLevel(logging.INFO)
     job = job_from_json(sys.stdin.readline())
     end_when(sys.stdin.read)
+    threading.Thread(target=channel.tell_while_busy, daemon=True).start()
     try:
-        job.do(channel.report)
+        job.do(channel.report, channel.activity)
     except RealBenchError as error:
+        traceback.print_exc()  # into the job's log
         channel.tell(failed=str(error))
     else:
         channel.tell(finished=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from real_bench.analysis import scores_by_goal
 from real_bench.errors import ResultError
 from real_bench.files import file_sha256
-from real_bench.naming import shown_name
+from real_bench.naming import shareable_name, shown_name
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
 
@@ -107,7 +107,8 @@ class _Test:
     @classmethod
     def of(cls, setting: Setting, explorers: Mapping[str, str]) -> _Test:
         player = explorers.get(setting.run_sha256, "")
-        curious = player not in ("", setting.controller)
+        tested = shareable_name(setting.controller)
+        curious = shareable_name(player) not in ("", tested)
         return cls(
             shown_name(setting.controller) + (f", play of {shown_name(player)}" if curious else ""),
             json.dumps(setting.settings, sort_keys=True),

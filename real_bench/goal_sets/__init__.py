@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from real_bench.goal_sets.official import import_official
     from real_bench.goal_sets.picture import contact_sheet, trial_strip
     from real_bench.goal_sets.selection import goals_in_proportion
-    from real_bench.goal_sets.shipped import shipped_goal_set
+    from real_bench.goal_sets.shipped import shipped_goal_set, shipped_sizes
 
 __all__ = [
     "CHALLENGES",
@@ -25,6 +25,7 @@ __all__ = [
     "load_goal_set",
     "save_goal_set",
     "shipped_goal_set",
+    "shipped_sizes",
     "trial_strip",
 ]
 
@@ -42,6 +43,7 @@ __getattr__ = lazy_names(
         "load_goal_set": "real_bench.goal_sets.file",
         "save_goal_set": "real_bench.goal_sets.file",
         "shipped_goal_set": "real_bench.goal_sets.shipped",
+        "shipped_sizes": "real_bench.goal_sets.shipped",
         "trial_strip": "real_bench.goal_sets.picture",
     },
 )

@@ -6,18 +6,34 @@ from importlib.resources import files
 from pathlib import Path
 
 from real_bench.errors import GoalSetError
+from real_bench.goal_sets.file import load_goal_set
+from real_bench.quoting import quoted
+
+OFFICIAL = "official"
 
 
-def shipped_goal_set(n_objects: int) -> Path:
-    """The file of the shipped 50 goals for 1, 2 or 3 objects, in scene official.
+def shipped_goal_set(n_objects: int, scene: str = OFFICIAL) -> Path:
+    """The file of the 50 goals that ship for a scene and 1, 2 or 3 objects.
 
     Raises:
-        GoalSetError: there is none for that number of objects.
+        GoalSetError: there is none for these.
     """
+    of_scene = "" if scene == OFFICIAL else f"{scene}-"
     plural = "" if n_objects == 1 else "s"
-    path = Path(str(files("real_bench.goals") / f"goals-{n_objects}-object{plural}.npy"))
-    if not path.is_file():
+    name = f"goals-{of_scene}{n_objects}-object{plural}.npy"
+    ships = {path.name: path for path in Path(str(files("real_bench.goals"))).glob("*.npy")}
+    if name not in ships:
         raise GoalSetError(
-            f"no goal set ships for {n_objects} objects: generate one, or use 1 to 3"
+            f"no goal set ships for {n_objects} object(s) in scene {quoted(scene)}: draw one by "
+            "`realbench goals generate`"
         )
-    return path
+    return ships[name]
+
+
+def shipped_sizes(n_objects: int, scene: str) -> dict[str, int]:
+    """How many goals the shipped set has, by its hash; empty where none ships."""
+    try:
+        goal_set = load_goal_set(shipped_goal_set(n_objects, scene))
+    except GoalSetError:
+        return {}
+    return {goal_set.sha256: len(goal_set)}

@@ -12,6 +12,8 @@ from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.locks import write_lock
+from real_bench.naming import shareable_name
+from real_bench.phases.activity import Activity, unwatched
 from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.proxy import ControllerProxy, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
@@ -65,6 +67,7 @@ class ExtrinsicPhase:
         resume: bool = False,
         overwrite: bool = False,
         proxy: ControllerProxy | None = None,
+        activity: Activity = unwatched,
     ) -> Result:
         """Test every goal; the result file is written anew after each.
 
@@ -73,6 +76,7 @@ class ExtrinsicPhase:
             resume: go on with the result file where there is one.
             overwrite: replace the result file where there is one.
             proxy: the controller as an intrinsic phase in this process left it.
+            activity: told what the controller is busy with.
 
         Raises:
             Interrupted: the user stopped it; ``resume`` goes on.
@@ -88,7 +92,7 @@ class ExtrinsicPhase:
             identity = self._identity() if proxy is None else proxy.identity
             given = self.plan.handover(identity) if proxy is None else NOTHING
             result = self._begun(identity, given.learned, resume)
-            for trial, seconds in self._trials(identity, result, proxy, given, stop):
+            for trial, seconds in self._trials(identity, result, proxy, given, stop, activity):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
@@ -143,6 +147,7 @@ class ExtrinsicPhase:
         proxy: ControllerProxy | None,
         given: Handover,
         stop: StopRequest,
+        activity: Activity,
     ) -> Iterator[tuple[TrialResult, float]]:
         done = {trial.goal for trial in result.trials}
         left = [number for number in self.goal_numbers if number not in done]
@@ -151,10 +156,10 @@ class ExtrinsicPhase:
         if self.jobs > 1 and proxy is None and not identity.learns_across_trials:
             jobs = min(self.jobs, len(left))
             yield from in_processes(
-                partial(_maker, self.plan, given), left, jobs, stop, LOST_WORKER
+                partial(_maker, self.plan, given), left, jobs, stop, LOST_WORKER, activity
             )
             return
-        maker = TrialMaker(self.plan, proxy, given)
+        maker = TrialMaker(self.plan, proxy, given, activity=activity)
         try:
             if maker.in_order and done:
                 raise ResultError(
@@ -180,7 +185,7 @@ class ExtrinsicPhase:
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
-            controller=plan.controller,
+            controller=shareable_name(plan.controller),
             controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             learned=learned,

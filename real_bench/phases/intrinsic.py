@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from numpy.typing import NDArray
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
+from real_bench.naming import shareable_name
+from real_bench.phases.activity import LEARNING, Activity, unwatched
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import at_play
 from real_bench.phases.proxy import (
@@ -99,7 +102,12 @@ class IntrinsicPhase:
         self.scene.object_names(self.objects)
 
     def run(
-        self, report: OnPlay, *, resume: bool = False, overwrite: bool = False
+        self,
+        report: OnPlay,
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+        activity: Activity = unwatched,
     ) -> ControllerProxy:
         """Play to the end; returns the controller as it then is.
 
@@ -107,6 +115,7 @@ class IntrinsicPhase:
             report: told of progress after every action.
             resume: go on with the recording where there is one.
             overwrite: replace the recording where there is one.
+            activity: told what the controller is busy with.
 
         Raises:
             Interrupted: the user stopped it; ``resume`` goes on.
@@ -125,9 +134,11 @@ class IntrinsicPhase:
                 self._tell_what_is_forgotten(proxy.identity)
                 header = self._header(proxy.identity)
                 with self._recorder(header, resume, overwrite) as recorder:
-                    self._begin(task, proxy, recorder)
+                    with activity(LEARNING):
+                        self._begin(task, proxy, recorder)
                     if not recorder.ended:
-                        _Play(task, proxy, recorder, self.steps, self.out).run(report, stop)
+                        play = _Play(task, proxy, recorder, self.steps, self.out, activity)
+                        play.run(report, stop)
         finally:
             task.close()
         return proxy
@@ -182,7 +193,7 @@ class IntrinsicPhase:
             scene_source=self.scene.source,
             scene_sha256=self.scene.sha256,
             seed=self.seed,
-            controller=self.controller,
+            controller=shareable_name(self.controller),
             controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.code_sha256,
@@ -206,27 +217,37 @@ class _Play:
     """The playing itself, from wherever the phase has come to."""
 
     def __init__(
-        self, task: Task, proxy: ControllerProxy, recorder: Recorder, steps: int, out: Path
+        self,
+        task: Task,
+        proxy: ControllerProxy,
+        recorder: Recorder,
+        steps: int,
+        out: Path,
+        activity: Activity,
     ) -> None:
         self._task, self._proxy, self._recorder = task, proxy, recorder
         self._steps, self._out = steps, out
-        self._player = at_play(proxy, task)
+        self._learning = partial(activity, LEARNING)
+        self._player = at_play(proxy, task, self._learning)
         self._next_checkpoint = 0.0
 
     def run(self, report: OnPlay, stop: StopRequest) -> None:
         """Play until the steps are over or a stop is requested; write what happened."""
         recorder = self._recorder
-        self._proxy.call("start_intrinsic_phase")
+        with self._learning():
+            self._proxy.call("start_intrinsic_phase")
         try:
             if recorder.n_steps < self._steps:
                 self._play(report, stop)
             recorder.keep_files(self._proxy.get_files())
             recorder.checkpoint(self._proxy.get_state())
             if recorder.n_steps >= self._steps:
-                self._proxy.call("end_intrinsic_phase", self._player.look(), 0, True)
+                with self._learning():
+                    self._proxy.call("end_intrinsic_phase", self._player.look(), 0, True)
                 recorder.checkpoint(self._proxy.get_state())
                 recorder.write()
-                self._proxy.use_experience(Experience(self._out, self._task.condition))
+                with self._learning():
+                    self._proxy.use_experience(Experience(self._out, self._task.condition))
                 recorder.keep_files(self._proxy.get_files())
                 recorder.checkpoint(self._proxy.get_state(), ended=True)
         except RecordingError:

@@ -164,7 +164,7 @@ def plan_test_after(
 
 def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:
     """The goals that are given, or the shipped ones; raises GoalSetError if they do not fit."""
-    goal_set = given or load_goal_set(shipped_goal_set(n_objects))
+    goal_set = given or load_goal_set(shipped_goal_set(n_objects, scene.name))
     goal_set.check_fits(scene, n_objects)
     return goal_set
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
 import numpy as np
@@ -22,21 +24,28 @@ class Player(Protocol):
         """What is seen now; of one called at every step, with images where it asked for them."""
 
 
-def at_play(proxy: ControllerProxy, task: Task) -> Player:
+Deciding = Callable[[], AbstractContextManager[object]]
+"""Gives a context that lasts as long as the controller decides."""
+
+
+def at_play(proxy: ControllerProxy, task: Task, deciding: Deciding = nullcontext) -> Player:
     """Begin to play in a task, which must have begun."""
-    return ActionPlayer(proxy, task) if proxy.identity.action_level else StepPlayer(proxy, task)
+    kind = ActionPlayer if proxy.identity.action_level else StepPlayer
+    return kind(proxy, task, deciding)
 
 
 class ActionPlayer:
     """Plays a controller that decides on whole actions."""
 
-    def __init__(self, proxy: ControllerProxy, task: Task) -> None:
+    def __init__(self, proxy: ControllerProxy, task: Task, deciding: Deciding) -> None:
         self._proxy = proxy
         self._task = task
+        self._deciding = deciding
 
     def play(self, n_steps_left: int) -> Action:
         """Ask for the next action and execute it in the fast loop."""
-        action = self._proxy.next_action(self.look()).first(n_steps_left)
+        with self._deciding():
+            action = self._proxy.next_action(self.look()).first(n_steps_left)
         self._task.execute(action)
         return action
 
@@ -48,9 +57,10 @@ class ActionPlayer:
 class StepPlayer:
     """Plays a controller that is called at every step, a stretch of 1000 steps at a time."""
 
-    def __init__(self, proxy: ControllerProxy, task: Task) -> None:
+    def __init__(self, proxy: ControllerProxy, task: Task, deciding: Deciding) -> None:
         self._proxy = proxy
         self._task = task
+        self._deciding = deciding
         self._render = True  # the first observation has images
 
     def play(self, n_steps_left: int) -> Action:
@@ -71,6 +81,7 @@ class StepPlayer:
         return self._task.observe(render=self._render)
 
     def _step(self) -> Command:
-        command, self._render = self._proxy.step(self.look())
+        with self._deciding():
+            command, self._render = self._proxy.step(self.look())
         self._task.step(command)
         return command

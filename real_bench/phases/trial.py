@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import PhysicsError, RealBenchError
 from real_bench.files import check_folder, write_whole
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
+from real_bench.phases.activity import LEARNING, PLANNING, Activity, unwatched
 from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import check_films, filmed
 from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
@@ -113,6 +115,7 @@ class TrialMaker:
             is made anew.
         given: what it then goes on from.
         task: the world of the intrinsic phase, where it is still at hand.
+        activity: told what the controller is busy with.
     """
 
     def __init__(
@@ -121,11 +124,12 @@ class TrialMaker:
         proxy: ControllerProxy | None = None,
         given: Handover = NOTHING,
         task: Task | None = None,
+        activity: Activity = unwatched,
     ) -> None:
-        self._plan = plan
+        self._plan, self._activity = plan, activity
         self._task = task or Task(plan.scene, plan.condition, plan.goal_set.n_objects)
         self._proxy = self._prepared(given) if proxy is None else proxy
-        with closed_on_error(self._proxy):
+        with closed_on_error(self._proxy), activity(LEARNING):
             if plan.run is not None:
                 self._proxy.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
             self._proxy.call("start_extrinsic_phase")
@@ -167,7 +171,7 @@ class TrialMaker:
         with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
             proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
-            player = at_play(proxy, task)
+            player = at_play(proxy, task, partial(self._activity, PLANNING))
             actions = self._play(player, proxy, explainer)
         proxy.call("end_extrinsic_trial", player.look(), 0, True)
         if not self.in_order:

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -22,9 +22,13 @@ from real_bench.files import write_whole
 from real_bench.finding import controller_folders
 from real_bench.locks import own_folder
 from real_bench.parent import end_when
+from real_bench.phases.activity import LEARNING, Activity, unwatched
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
+MAKING = "making-"
+"""What the file is called, but for its end, that is there while a process makes its worker."""
+SECONDS_BETWEEN_LOOKS = 0.5
 
 Item = TypeVar("Item")
 Done = TypeVar("Done")
@@ -36,6 +40,7 @@ def in_processes(
     jobs: int,
     stop: StopRequest,
     remedy: str,
+    activity: Activity = unwatched,
 ) -> Iterator[Done]:
     """Do every task in one of several processes; each gives what came of it as it ends.
 
@@ -49,6 +54,7 @@ def in_processes(
         jobs: how many processes.
         stop: the user's request.
         remedy: what the user may do if a process dies.
+        activity: told while workers are made: a controller learns then.
 
     Raises:
         RealBenchError: a process died.
@@ -58,7 +64,7 @@ def in_processes(
         write_whole(folder / MAKE_WORKER, pickle.dumps(make_worker))
         spawn = multiprocessing.get_context("spawn")
         pool = ProcessPoolExecutor(jobs, spawn, initializer=_start, initargs=(folder,))
-        for done in _done(pool, tasks, jobs, stop, remedy):
+        for done in _done(pool, tasks, jobs, stop, remedy, _Making(folder, activity)):
             yield pickle.loads(done.read_bytes())
             done.unlink()
 
@@ -84,8 +90,34 @@ def _importing_nothing_from_here() -> Iterator[None]:
             os.environ[name] = before
 
 
+class _Making:
+    """Looks whether a process still makes its worker, and says so."""
+
+    def __init__(self, folder: Path, activity: Activity) -> None:
+        self._folder, self._activity = folder, activity
+
+    def wait(self, running: set[Future[Any]]) -> tuple[set[Future[Any]], set[Future[Any]]]:
+        """The tasks that have ended, once one has, and those under way."""
+        done: set[Future[Any]] = set()
+        while not done:
+            making = self._being_made
+            with self._activity(LEARNING) if making else nullcontext():
+                while not done and self._being_made == making:
+                    done, running = wait(running, SECONDS_BETWEEN_LOOKS, FIRST_COMPLETED)
+        return done, running
+
+    @property
+    def _being_made(self) -> bool:
+        return any(self._folder.glob(f"{MAKING}*"))
+
+
 def _done(
-    pool: ProcessPoolExecutor, tasks: Iterable[Any], jobs: int, stop: StopRequest, remedy: str
+    pool: ProcessPoolExecutor,
+    tasks: Iterable[Any],
+    jobs: int,
+    stop: StopRequest,
+    remedy: str,
+    making: _Making,
 ) -> Iterator[Path]:
     """The file of each result."""
     waiting = iter(tasks)
@@ -93,7 +125,7 @@ def _done(
     try:
         running = _submit(pool, islice(waiting, jobs))
         while running:
-            done, running = wait(running, return_when=FIRST_COMPLETED)
+            done, running = making.wait(running)
             for future in done:
                 if future.exception() is None:
                     yield future.result()
@@ -144,7 +176,12 @@ def _start(folder: Path) -> None:
 
 def _do(task: Any) -> Path:
     if _Here.worker is None:  # made here and not at the start, so that its errors are reported
-        _Here.worker = pickle.loads((_Here.folder / MAKE_WORKER).read_bytes())()
+        making = _Here.folder / f"{MAKING}{os.getpid()}"
+        making.touch()
+        try:
+            _Here.worker = pickle.loads((_Here.folder / MAKE_WORKER).read_bytes())()
+        finally:
+            making.unlink()
     done = _Here.folder / uuid4().hex
     write_whole(done, pickle.dumps(_Here.worker(task)))
     return done

@@ -52,8 +52,8 @@ class Header(BaseModel):
         scene_source: what the scene is found by: its name, or the path of its manifest.
         scene_sha256: hash of the scene's manifest and files.
         seed: of the run, below 2**63.
-        controller: as the user named it.
-        controller_source: the same, with the whole path of a file.
+        controller: as the user named it, of a file without its folder.
+        controller_source: the same, with the whole path of a file, so that it is found again here.
         controller_class: the class that it is.
         controller_sha256: hash of all code that it could import as its own (before 0.2, of the file
             that defines it).

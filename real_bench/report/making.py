@@ -9,7 +9,7 @@ from pathlib import Path
 from real_bench.errors import GoalSetError, RealBenchError, ResultError
 from real_bench.experiments import read_spec
 from real_bench.experiments.running import Experiment
-from real_bench.experiments.table import cells, headings, notes
+from real_bench.experiments.table import columns, notes
 from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.report.page import Chart, Report, Table
@@ -61,21 +61,23 @@ def make_report(
 def _table(path: Path) -> Table:
     experiment = Experiment(read_spec(path))
     rows = experiment.rows()
+    headings, shown = columns(rows)
     return Table(
         title=experiment.spec.title,
-        headings=tuple(headings()),
-        rows=tuple(tuple(cells(row)) for row in rows),
+        headings=tuple(headings),
+        rows=tuple(map(tuple, shown)),
         notes=tuple(notes(rows)),
-        command=f"realbench table {path}",
+        command=f"realbench table {path.name}",
     )
 
 
 def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str | None, GoalSet]]:
     """The goal sets that results may be of, and how the command line names them."""
-    found: list[tuple[str | None, GoalSet]] = [(str(file), load_goal_set(file)) for file in files]
-    for objects in sorted({load_result(path).setting.objects for path in results}):
+    found: list[tuple[str | None, GoalSet]] = [(file.name, load_goal_set(file)) for file in files]
+    settings = [load_result(path).setting for path in results]
+    for objects, scene in sorted({(setting.objects, setting.scene) for setting in settings}):
         try:
-            found.append((None, load_goal_set(shipped_goal_set(objects))))
+            found.append((None, load_goal_set(shipped_goal_set(objects, scene))))
         except GoalSetError:
             continue
     return found

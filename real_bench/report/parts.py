@@ -15,7 +15,7 @@ from real_bench.report.commands import play_command, scoring_command
 from real_bench.report.pictures import ends, films, picture
 from real_bench.scoring.metric import METRICS
 from real_bench.scoring.result import Result, TrialResult, load_result
-from real_bench.scoring.table import score_headings, score_rows
+from real_bench.scoring.table import score_columns
 from real_bench.simulation import Image, load_scene
 
 
@@ -118,12 +118,13 @@ def read_tested(
     known = [pair for pair in goal_sets if pair[1].sha256 == setting.goals_sha256]
     run = runs[0] if runs else f"<recording {setting.run_sha256[:12]}>"
     goals = known[0][0] if known else f"<goals {setting.goals_sha256[:12]}>"
+    headings, rows = score_columns(result)
     return Tested(
         file=path.name,
         result=result,
         command=scoring_command(setting, run if setting.run_sha256 else None, goals, path.name),
-        headings=tuple(score_headings()),
-        rows=tuple(map(tuple, score_rows(result))),
+        headings=tuple(headings),
+        rows=tuple(map(tuple, rows)),
         trials=tuple(_trials(result, known[0][1] if known else None, videos)),
     )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import sys
+import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -59,14 +60,16 @@ class RpcServer:
                 answer = ["answer", getattr(self, f"do_{question}")(*arguments)]
                 self._channel.send(answer)
             except RealBenchError as error:
-                self._fail(str(error))
+                self._fail(str(error), error)
             except Closed:
                 raise
             except Exception as error:  # hostile objects may raise anything, anywhere
-                self._fail(f"controller {self._spec}: {question} failed at {blame(error)}")
+                text = f"controller {self._spec}: {question} failed at {blame(error)}"
+                self._fail(text, error)
 
-    def _fail(self, text: str) -> None:
-        self._channel.send(["fault", text[:10_000]])
+    def _fail(self, text: str, error: Exception) -> None:
+        told = "".join(traceback.format_exception(error))
+        self._channel.send(["fault", text[:10_000], told[-5_000:]])
 
     def do_identity(
         self, spec: str, place: str, settings: Mapping[str, Any] | None

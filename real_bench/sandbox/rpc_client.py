@@ -20,6 +20,14 @@ ANSWER = Size(structure=1 << 16, numbers=1 << 24)
 EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)
 STATE = Size(structure=1 << 24, numbers=1 << 31)
 MAX_FAULT_LETTERS = 2000
+MAX_TRACEBACK_LETTERS = 5_000
+
+
+class _InChild(Exception):  # noqa: N818  what another process says of an error there
+    """The traceback in the child, as text."""
+
+    def __str__(self) -> str:
+        return f"in the controller's process:\n{self.args[0]}"
 
 
 class RpcClient:
@@ -120,8 +128,9 @@ class RpcClient:
                     return answer
                 case ["sense", str(key)] if key in observation:
                     channel.send(observation[key], deadline)
-                case ["fault", str(text)]:
-                    raise ControllerError(" ".join(printable(text[:MAX_FAULT_LETTERS]).split()))
+                case ["fault", str(text), str(told)]:
+                    fault = " ".join(printable(text[:MAX_FAULT_LETTERS]).split())
+                    raise ControllerError(fault) from _InChild(told[-MAX_TRACEBACK_LETTERS:])
                 case _:
                     raise MessageError("it answers what was not asked")
 

@@ -64,8 +64,8 @@ class Setting(_Record):
     Attributes:
         condition, objects, object_names, scene, scene_sha256: of the test.
         control_version: of the way of control; 1 in results made before it was kept.
-        controller, controller_sha256: as named by the user; hash of all its code (before 0.2, of
-            the file that defines it).
+        controller, controller_sha256: as named by the user, of a file without its folder; hash of
+            all its code (before 0.2, of the file that defines it).
         settings: of the controller, whole; empty where it has none.
         learned: what made the state that it went on from; None where it went on from none (and in
             results of before 0.2).

@@ -7,6 +7,7 @@ from rich.console import Group
 from rich.table import Table
 
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.scoring.columns import filled
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.result import Result
@@ -14,17 +15,16 @@ from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
 
 
-def score_headings() -> list[str]:
-    """Of the columns of a score table: class, goals, and every metric; the score with interval."""
+def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of a score table: a row a class that has goals, and the total last.
+
+    The columns are class, goals, and every metric that is known; the score with its interval.
+    """
     metrics = []
     for name, metric in METRICS.items():
         metrics += [metric.title, interval_heading(OVER_GOALS)] if name == SCORE else [metric.title]
-    return ["class", "goals", *metrics]
-
-
-def score_rows(result: Result) -> list[list[str]]:
-    """The cells of a score table: a row a class that has goals, and the total last."""
-    return [_cells(row, result) for row in summarise(result.trials)]
+    rows = [_cells(row, result) for row in summarise(result.trials)]
+    return filled(["class", "goals", *metrics], rows)
 
 
 def score_table(result: Result) -> Group:
@@ -36,9 +36,10 @@ def score_table(result: Result) -> Group:
     short = setting.trial_steps != TRIAL_STEPS
     length = f", trials of {setting.trial_steps:,} steps instead of {TRIAL_STEPS:,}" * short
     table = _narrow_table()
-    for number, heading in enumerate(score_headings()):
+    headings, rows = score_columns(result)
+    for number, heading in enumerate(headings):
         table.add_column(heading, justify="right" if number else "left")
-    for cells in score_rows(result):
+    for cells in rows:
         if cells[0] == TOTAL:
             table.add_section()
         table.add_row(*cells)

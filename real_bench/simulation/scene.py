@@ -15,6 +15,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from real_bench.errors import SceneError, faults
+from real_bench.nearest import did_you_mean, what_there_is
 from real_bench.yaml_files import read_mapping
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
@@ -238,7 +239,7 @@ def manifest_path(name_or_path: str | Path) -> Path:
     if path.suffix not in (".yaml", ".yml") or not path.is_file():
         raise SceneError(
             f"unknown scene {str(name_or_path)!r}: use {' or '.join(shipped)}, "
-            "or the path of a manifest (.yaml)"
+            f"or the path of a manifest (.yaml){did_you_mean(str(name_or_path), shipped)}"
         )
     return path
 
@@ -249,7 +250,8 @@ def read_manifest(path: Path) -> Manifest:
     try:
         return Manifest.model_validate(content)
     except ValidationError as error:
-        raise SceneError(f"the scene {path} is not valid: {faults(error)}") from error
+        found = faults(error, unknown=what_there_is(Manifest))
+        raise SceneError(f"the scene {path} is not valid: {found}") from error
 
 
 def shipped_scenes() -> dict[str, Path]:

@@ -124,7 +124,7 @@ class ResultVerification:
         return scene
 
     def _goal_set(self, setting: Setting, scene: Scene) -> GoalSet:
-        goal_set = load_goal_set(self.goals or shipped_goal_set(setting.objects))
+        goal_set = load_goal_set(self.goals or shipped_goal_set(setting.objects, setting.scene))
         if goal_set.sha256 != setting.goals_sha256:
             which = str(self.goals) if self.goals else "the shipped ones"
             raise ResultError(

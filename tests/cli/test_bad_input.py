@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from real_bench.goal_sets import save_goal_set
+from real_bench.goal_sets import save_goal_set, shipped_goal_set
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals, write_controller
 from tests.outside.bench import after_first_line
@@ -69,6 +69,13 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "no.such.module:C"), "No module named 'no'"),
         (("--controller", "math:pi"), "is not a class"),
         (("--controller", "real_r", "--condition", "XY"), "unknown condition 'XY': use one of OM"),
+        (("--controller", "reald"), "path/to/file.py[:Class], did you mean real_d?"),
+        (
+            ("--controller", "real_d", "--set", "planner.deph=8"),
+            "planner.deph: there is no such name, did you mean planner.depth? (they are, with",
+        ),
+        (("--controller", "real_d", "--set", "depth=8"), "did you mean planner.depth?"),
+        (("--controller", "real_r", "--scene", "oficial"), "did you mean official?"),
         (("--controller", "real_r", "--scene", "moon"), "unknown scene 'moon': use builtin or"),
         (("--controller", "real_r", "--objects", "4"), "1 to 3 objects, not 4"),
         (("--controller", "real_r", "--objects", "0"), "1 to 3 objects, not 0"),
@@ -124,7 +131,7 @@ def test_extrinsic(place: Path, arguments: tuple[str, ...], message: str) -> Non
 
 
 def test_goals_of_another_scene(place: Path, official_scene: Scene) -> None:
-    shipped = refusal(place, *TEST)
+    shipped = refusal(place, *TEST, "--goals", str(shipped_goal_set(1)))
     assert "the goals were made in scene official" in shipped
 
 

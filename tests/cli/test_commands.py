@@ -59,6 +59,20 @@ def test_help_lists_every_command() -> None:
     assert all(command in text for command in COMMANDS)
 
 
+@pytest.mark.parametrize("command", [(), ("goals",), ("scene",)])
+def test_a_command_alone_prints_its_help(command: tuple[str, ...]) -> None:
+    done = realbench(Path(), *command)
+    assert done.stdout == realbench(Path(), *command, "--help").stdout
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("command", [("intrinsic",), ("goals", "show"), ("table",), ("doctor",)])
+def test_every_command_takes_the_common_options(command: tuple[str, ...]) -> None:
+    told = realbench(Path(), *command, "--help").stdout
+    assert "--traceback" in told
+    assert "--no-progress" in told
+
+
 def test_the_command_line_imports_nothing_heavy() -> None:
     code = (
         "import sys, real_bench.cli as c\n"

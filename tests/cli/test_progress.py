@@ -1,10 +1,22 @@
-"""Progress as a log shows it."""
+"""Progress as a log and a terminal show it."""
 
 from __future__ import annotations
+
+import time
+from pathlib import Path
 
 import pytest
 
 from real_bench.cli import progress
+from tests.cli.shell import realbench, write_controller
+
+PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM", "--steps", "2000")
+LEARNS = (
+    "def use_experience(self, experience):",
+    "    import time; time.sleep(3)",
+    "def get_state(self): return {'learned': 1}",
+    "def set_state(self, state): pass",
+)
 
 
 def test_a_log_gets_a_line_now_and_then(
@@ -26,3 +38,63 @@ def test_a_short_piece_of_work_is_silent_in_a_log(capsys: pytest.CaptureFixture[
     with progress.ProgressDisplay("playing", "steps", 3) as display:
         display.update(1)
     assert capsys.readouterr().err == ""
+
+
+def test_a_log_says_what_a_controller_is_busy_with(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.5)
+    with progress.ProgressDisplay("playing", "steps", 3000) as display:
+        display.update(1000, "fast")
+        with display.activity("learning"):
+            time.sleep(2.5)
+        assert display.note == "fast"
+    assert "playing: 1,000 of 3,000 steps, learning, 0:0" in capsys.readouterr().err
+
+
+@pytest.fixture
+def learner(tmp_path: Path) -> Path:
+    """The folder of a controller that learns for three seconds."""
+    write_controller(tmp_path / "learner.py", *LEARNS)
+    goals = ("goals", "generate", "--scene", "builtin", "--2d", "2", "--25d", "0", "--3d", "0")
+    realbench(tmp_path, *goals)
+    return tmp_path
+
+
+def test_a_terminal_says_that_it_learns_in_play_and_in_tests(
+    learner: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    play = (*PLAY, "--controller", "learner.py")
+    assert "learning, 0:02" in realbench(learner, *play).stderr
+    for jobs in ("1", "2"):
+        test = ("extrinsic", "--goals", "goals.npy", "--jobs", jobs, "--overwrite")
+        assert "learning, 0:01" in realbench(learner, *test).stderr
+
+
+def test_a_table_says_which_of_its_controllers_learn(
+    learner: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "160")
+    (learner / "x.yaml").write_text(
+        "{scene: builtin, steps: 2000, trial_steps: 500, goals: {few: goals.npy},"
+        " cells: [{controller: learner.py, condition: OM}]}"
+    )
+    told = realbench(learner, "table", "x.yaml").stderr
+    assert "now learner-OM-1-seed0 (learning)" in told
+    assert "now learner-OM-1-seed0-few (learning)" in told
+
+
+def test_progress_is_not_shown_to_whom_does_not_want_it(
+    learner: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "120")
+    play = (*PLAY, "--controller", "real_r", "--out")
+    assert "playing real_r" in realbench(learner, *play, "a.h5").stderr
+    told = realbench(learner, *play, "b.h5", "--no-progress").stderr
+    assert "playing" not in told
+    assert "\x1b" not in told
+    assert "controller: class RealR" in told

@@ -32,7 +32,7 @@ def test_a_task_is_the_same_after_its_journey(write_spec: WriteSpec) -> None:
 def test_a_task_is_done_and_told(write_spec: WriteSpec, tmp_path: Path) -> None:
     job = a_play(write_spec)
     steps: list[int] = []
-    Processes(tmp_path / "logs").do(job, steps.append)
+    Processes(tmp_path / "logs").do(job, lambda done, busy="": steps.append(done))
     with Recording(job.out) as recording:
         assert recording.n_steps == 3000
         assert recording.ended
@@ -50,7 +50,7 @@ def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
         "    return super().next_action(observation)",
     )
     job = a_play(write_spec, "loud.py")
-    Processes(tmp_path / "logs").do(job, lambda steps: None)
+    Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
     assert '"failed"' in (tmp_path / "logs" / f"{job.name}.log").read_text()
 
 
@@ -59,7 +59,7 @@ def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) 
     write_controller(tmp_path / "bad.py", f"def next_action(self, observation): {raises}")
     job = a_play(write_spec, "bad.py")
     with pytest.raises(JobFailedError, match="no idea"):
-        Processes(tmp_path / "logs").do(job, lambda steps: None)
+        Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
 
 
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(3)"])
@@ -69,7 +69,7 @@ def test_a_process_that_dies_is_lost(write_spec: WriteSpec, tmp_path: Path, end:
     told = "SIGKILL" if "kill" in end else "exit code 3"
     job = a_play(write_spec, "dies.py")
     with pytest.raises(WorkerLostError, match=told):
-        Processes(tmp_path / "logs").do(job, lambda steps: None)
+        Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
 
 
 def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path) -> None:
@@ -78,9 +78,9 @@ def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path)
     begun = threading.Event()
     threading.Thread(target=lambda: (begun.wait(60), processes.stop()), daemon=True).start()
     with pytest.raises(WorkerLostError):
-        processes.do(job, lambda steps: begun.set())
+        processes.do(job, lambda done, busy="": begun.set())
     with pytest.raises(WorkerLostError, match="not begun"):
-        processes.do(job, lambda steps: None)
+        processes.do(job, lambda done, busy="": None)
     with Recording(job.out) as recording:  # whole, as far as it came
         assert not recording.ended
 
@@ -94,7 +94,7 @@ def test_a_process_ends_with_whoever_asked_for_it(write_spec: WriteSpec, tmp_pat
     parent = os.fork()
     if parent == 0:
         try:
-            Processes(tmp_path / "logs").do(job, lambda steps: None)
+            Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
         finally:
             os._exit(1)
     pid = int(_soon(lambda: (tmp_path / "pid").read_text()))

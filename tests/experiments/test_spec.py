@@ -57,11 +57,35 @@ def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -
         ({"cells": []}, "cells: .*at least 1"),
         ({"cells": [RANDOM, RANDOM]}, "two cells are named real_r-OM-1"),
         ({"cells": [{**RANDOM, "play": "other"}]}, "learns from 'other': use own, none, random"),
+        ({"cells": [{**RANDOM, "play": "radnom"}]}, r"random, did you mean random\?"),
         ({"cells": [{**RANDOM, "goals": ["b"]}]}, "unknown goals b"),
         ({"cells": [{**RANDOM, "condition": "XM"}]}, "unknown condition 'XM'"),
         ({"cells": [{**RANDOM, "objects": 0}]}, "objects"),
         ({"cells": [{**RANDOM, "name": "../x"}]}, "name"),
-        ({"cells": [{**RANDOM, "publishd": 1}]}, "publishd"),
+        (
+            {"cells": [{**RANDOM, "publishd": 1}]},
+            r"cells\.0\.publishd: there is no such name, did you mean published\? \(there are: "
+            "controller, condition, settings, objects, name, play, goals, repeats, published, note",
+        ),
+        (
+            {"cells": [{**RANDOM, "published": {"mean": 0.1, "standard_eror": 0.1}}]},
+            r"did you mean standard_error\? \(there are: mean, standard_error, repeats\)",
+        ),
+        ({"plays": {"a": {**RANDOM, "image": True}}}, "plays.a.image: .*did you mean images"),
+        ({"goals": {"few": {"sed": 5}}}, r"there are: seed, counts\)"),
+        ({"step": 5}, "step: there is no such name, did you mean steps"),
+        ({"folder_": "x"}, r"there are: title, results, run, scene"),
+        (
+            {"cells": [{**RANDOM, "condition": "IJ", "play": "random"}]},
+            "played in OM: it needs a play in IJ",
+        ),
+        (
+            {
+                "plays": {"blind": {**RANDOM, "condition": "IM"}},
+                "cells": [{**RANDOM, "play": "blind"}],
+            },
+            "no positions are seen: it needs a play in OM",
+        ),
         ({"cells": [{"condition": "OM"}]}, "controller"),
         ({"cells": ["real_r"]}, "cells"),
         ({"steps": 0}, "steps"),

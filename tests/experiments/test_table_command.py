@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from real_bench.goal_sets import shipped_goal_set
 from tests.cli.shell import COMMAND, TOUCHES, realbench, write_controller
 from tests.experiments.conftest import WriteSpec
 
@@ -79,8 +80,14 @@ def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Pat
 def test_one_controller_that_fails_does_not_stop_the_others(
     write_spec: WriteSpec, tmp_path: Path
 ) -> None:
-    raises = "raise ValueError('no idea')"
-    write_controller(tmp_path / "bad.py", f"def next_action(self, observation): {raises}")
+    body = (
+        "n = 0",
+        "def next_action(self, observation):",
+        "    self.n += 1",
+        "    if self.n > 1: raise ValueError('no idea')",
+        "    return super().next_action(observation)",
+    )
+    write_controller(tmp_path / "bad.py", *body)
     cells: list[dict[str, Any]] = [
         {"controller": "bad.py", "condition": "OM"},
         {"controller": "real_r", "condition": "OM", "play": "none"},
@@ -111,7 +118,7 @@ def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: 
     [
         ({"cells": [{"controller": "mien.py", "condition": "OM"}]}, "mien.py"),
         ({"cells": [{"controller": "real_q", "condition": "OM"}]}, "unknown controller 'real_q'"),
-        ({"goals": {"few": "shipped"}}, "the goals were made in scene official"),
+        ({"goals": {"few": str(shipped_goal_set(1))}}, "the goals were made in scene official"),
     ],
 )
 def test_mistakes_are_told_before_any_work(
@@ -120,6 +127,40 @@ def test_mistakes_are_told_before_any_work(
     done = realbench(tmp_path, "table", write_spec(**changes), code=1)
     assert told in done.stderr
     assert "to do" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ("def next_action(self, observation): raise ValueError('no idea')", "no idea"),
+        (
+            "def next_action(self, observation): import os; os._exit(7)",
+            "bad-OM-1-seed0: its process",
+        ),
+        ("def set_state(self, state): pass", "set_state(get_state()) gives another state"),
+    ],
+)
+def test_a_controller_that_will_not_do_is_told_before_any_work(
+    write_spec: WriteSpec, tmp_path: Path, body: str, told: str
+) -> None:
+    write_controller(tmp_path / "bad.py", body)
+    cells = [
+        {"controller": "real_r", "condition": "OM"},
+        {"controller": "bad.py", "condition": "OM"},
+    ]
+    done = realbench(tmp_path, "table", write_spec(cells=cells, repeats=1), code=1)
+    assert "before any work: " in done.stderr
+    assert told in done.stderr
+    assert "to do" not in done.stderr
+    assert not list((tmp_path / "results").glob("*.h5"))
+
+
+def test_images_that_nobody_records_are_told_before_any_work(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    cells = [{"controller": "real_ld", "condition": "IM", "play": "random"}]
+    done = realbench(tmp_path, "table", write_spec(cells=cells, repeats=1), code=1)
+    assert "play random-1-seed0 records none: give the play `images: true`" in done.stderr
 
 
 def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:

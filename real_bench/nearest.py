@@ -1,0 +1,67 @@
+"""What a user may have meant by a name that does not exist."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable
+from difflib import get_close_matches
+from typing import Any, get_args
+
+from pydantic import BaseModel
+
+ALIKE = 0.7
+"""How much of two names must be the same, from 0 to 1."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that is most like a name; None where none is.
+
+    Of dotted names the last part alone may be like it, too.
+    """
+    by_word: dict[str, str] = {}
+    for each in known:
+        by_word.setdefault(each.rpartition(".")[2].lower(), each)
+        by_word[each.lower()] = each
+    words = [name.lower(), name.rpartition(".")[2].lower()]
+    for word in dict.fromkeys(words):
+        if found := get_close_matches(word, by_word, 1, ALIKE):
+            return by_word[found[0]]
+    return None
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The question after a name that does not exist, where there is one like it; else nothing."""
+    found = nearest(name, known)
+    return f", did you mean {found}?" if found else ""
+
+
+def what_there_is(
+    kind: type[BaseModel], without: Collection[str] = ()
+) -> Callable[[tuple[int | str, ...]], str]:
+    """Says of a place in a tree of records, where a name is unknown, which names there are.
+
+    Args:
+        kind: the outermost record.
+        without: fields of it that users do not give.
+    """
+
+    def told(place: tuple[int | str, ...]) -> str:
+        known = _names_at(kind, place)
+        if len(place) == 1:
+            known = [name for name in known if name not in without]
+        return f"{did_you_mean(str(place[-1]), known)} (there are: {', '.join(known)})"
+
+    return told
+
+
+def _names_at(kind: Any, place: tuple[int | str, ...]) -> list[str]:
+    """The fields of the record that a place is in; none where it is in none."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        if len(place) == 1:
+            return list(kind.model_fields)
+        field = kind.model_fields.get(str(place[0]))
+        return [] if field is None else _names_at(field.annotation, place[1:])
+    for part in get_args(kind):  # a number, a key or a name of a member may lead to it
+        for rest in (place, place[1:]):
+            if rest and (found := _names_at(part, rest)):
+                return found
+    return []

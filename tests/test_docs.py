@@ -1,0 +1,123 @@
+"""What the documentation says is so: its code runs, its commands, files and targets exist."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+import pytest
+
+from real_bench.cli import COMMANDS, cli
+from real_bench.experiments import read_spec
+from tests.cli.shell import realbench
+from tests.pages import ROOT, Page
+
+FILES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
+FILES += [ROOT / "goals" / "README.md", ROOT / "evaluation" / "README.md"]
+FILES += sorted((ROOT / "docs").glob("*.md"))
+PAGES = [Page(path) for path in FILES]
+DOCS = [page for page in PAGES if page.path.parent.name == "docs"]
+named = pytest.mark.parametrize("page", PAGES, ids=[str(p.path.relative_to(ROOT)) for p in PAGES])
+
+OF_OTHERS = ("cluster.md", "official-api.md")
+"""Pages whose Python needs a cluster, or the kit of the competition; that is only compiled here."""
+
+
+def test_the_table_of_results_is_what_its_command_prints() -> None:
+    page = Page(ROOT / "docs" / "results.md")
+    shown = re.search(r"<!-- table -->\n(.*?)\n<!-- end of table -->", page.text, re.DOTALL)
+    assert shown is not None
+    arguments = ("table", "evaluation/paper.yaml", "--format", "markdown")
+    assert shown[1].strip() == realbench(ROOT, *arguments).stdout.strip()
+
+
+@named
+def test_every_file_that_is_named_exists(page: Page) -> None:
+    folders = "real_bench|controllers|goals|docs|evaluation"
+    files = re.findall(rf"`((?:{folders})/[\w./-]+)`", page.text)
+    for path in files:
+        if "/smoke/" not in path and page.path.name != "CHANGELOG.md":
+            assert (ROOT / path).exists(), path
+    for link in re.findall(r"\]\((?!https?:)([\w./-]+)(?:#[\w-]+)?\)", page.text):
+        assert (page.path.parent / link).exists(), link
+
+
+@named
+def test_every_make_target_that_is_named_exists(page: Page) -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"(?:`|^    )make ([a-z]+)\b", page.text, re.MULTILINE):
+        assert f"\n{target}:" in makefile, target
+
+
+@named
+def test_every_command_and_option_exists(page: Page) -> None:
+    if page.path.name == "CHANGELOG.md":  # which tells of what is gone, too
+        return
+    for command in page.commands():
+        words = shlex.split(command.split(" > ")[0], comments=True)[1:]
+        if words[0] in ("COMMAND", "--help"):
+            continue
+        assert words[0] in COMMANDS, command
+        found = cli.get_command(click.Context(cli), words[0])
+        if isinstance(found, click.Group) and len(words) > 1:
+            found = found.get_command(click.Context(found), words[1])
+        assert found is not None, command
+        known = {opt for p in found.params for opt in (*p.opts, *p.secondary_opts)} | {"--help"}
+        for word in words:
+            if word.startswith("--"):
+                assert word.partition("=")[0] in known, command
+
+
+@pytest.mark.parametrize(
+    ("page", "number"),
+    [(page, k) for page in DOCS for k in range(len(page.blocks("python")))],
+    ids=lambda value: value.path.name if isinstance(value, Page) else str(value),
+)
+def test_python_in_a_page_runs(page: Page, number: int, tmp_path: Path) -> None:
+    """A block with a title is a controller, which is to do; any other runs as it stands."""
+    block = page.blocks("python")[number]
+    code = compile(block.text, page.path.name, "exec")
+    if page.path.name in OF_OTHERS:
+        return
+    if not block.title:
+        exec(code, {})
+        return
+    (tmp_path / block.title).write_text(block.text)
+    told = realbench(tmp_path, "check", block.title, "--condition", "OM").stdout
+    assert "isolated" in told
+    play = ("--condition", "OM", "--scene", "builtin", "--steps", "3000", "--out", "run.h5")
+    realbench(tmp_path, "intrinsic", "--controller", block.title, *play)
+    as_made = () if "use_experience" in block.text else ("--as-made",)
+    test = ("--run", "run.h5", "--trials", "1", "--trial-steps", "2000")
+    realbench(tmp_path, "extrinsic", *test, *as_made)
+
+
+def test_the_experiment_of_its_page_is_read(tmp_path: Path) -> None:
+    small = Page(ROOT / "docs" / "experiments.md").blocks("yaml")[0]
+    (tmp_path / small.title).write_text(small.text)
+    assert [cell.name for cell in read_spec(tmp_path / small.title).cells] == [
+        "real_t-OM-1",
+        "real_d-OM-1",
+    ]
+
+
+def test_a_newcomer_follows_the_tutorial(tmp_path: Path) -> None:
+    """Its commands word for word, but for shorter plays and fewer trials."""
+    page = Page(ROOT / "docs" / "tutorial.md")
+    (tmp_path / "mine.py").write_text(page.blocks("python")[0].text)
+    for command in page.commands():
+        words = shlex.split(command)[1:]
+        if words[0] == "scene" or len(words) == 1:  # installs, or is only named
+            continue
+        shorter = {"200000": "5000", "10": "2"}
+        words = [shorter.get(word, word) for word in words]
+        if words[0] == "table" and "--init" not in words:
+            cell = page.blocks("yaml")[0].text
+            spec = (tmp_path / "mine.yaml").read_text().replace("200000", "3000")
+            spec = spec.replace("trial_steps: 10000", "trial_steps: 1000")
+            (tmp_path / "mine.yaml").write_text(spec + cell)
+        realbench(tmp_path, *words)
+    assert (tmp_path / "mine.html").stat().st_size > 10_000
+    assert "mine" in realbench(tmp_path, "table", "mine.yaml").stdout
