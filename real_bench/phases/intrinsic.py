@@ -223,9 +223,11 @@ class _Play:
             recorder.checkpoint(self._proxy.get_state())
             if recorder.n_steps >= self._steps:
                 self._proxy.call("end_intrinsic_phase", self._player.look(), 0, True)
+                recorder.add_logged(self._proxy.take_logged())
                 recorder.checkpoint(self._proxy.get_state())
                 recorder.write()
                 self._proxy.use_experience(Experience(self._out, self._task.condition))
+                recorder.add_logged(self._proxy.take_logged())
                 recorder.keep_files(self._proxy.get_files())
                 recorder.checkpoint(self._proxy.get_state(), ended=True)
         except RecordingError:
@@ -247,6 +249,7 @@ class _Play:
         while recorder.n_steps < self._steps and not stop.made:
             action = self._player.play(self._steps - recorder.n_steps)
             before, poses = poses, recorder.add_transition(action, task)
+            recorder.add_logged(self._proxy.take_logged())
             n_actions, n_moved = n_actions + 1, n_moved + _moved(before, poses)
             self._checkpoint_if_cheap()
             if recorder.is_due:

@@ -13,16 +13,19 @@ import hdf5plugin  # noqa: F401  registers the compression of the images
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
+from real_bench.recording.columns import poses_of
 from real_bench.recording.header import Header
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
-    CUT,
     FORMAT,
-    SCHEMA_VERSION,
+    LOGGED,
+    POSES,
+    READABLE_VERSIONS,
     STATE,
-    TRANSITION,
     command_type,
+    stored_types,
 )
 from real_bench.recording.state import ControllerState, load_state
 from real_bench.recording.validation import (
@@ -51,9 +54,9 @@ class Recording:
             self._file = open_hdf5(path, "r")
         try:
             with self._guard():
-                self._check_format()
-                self._check_safe()
+                version = self._checked_version()
                 self.header = Header.from_attributes(dict(self._file.attrs))
+                self._check_safe(version)
                 self.n_steps = int(self._file.attrs["n_steps"])
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
                 self.total_steps = int(self._file.attrs["total_steps"])
@@ -92,8 +95,9 @@ class Recording:
         """Command rows: vector, duration, line; by default all of them."""
         with self._guard():
             end = None if count is None else first + count
+            check_pieces(self._file["commands"], first, end)
             rows: NDArray[Any] = self._file["commands"][first:end]
-        return rows
+        return rows.view(command_type(self._command_size))
 
     def images(self, first: int = 0, count: int | None = None) -> NDArray[np.uint8]:
         """Camera images of states, (count, height, width, 3) uint8; by default all of them."""
@@ -110,7 +114,7 @@ class Recording:
         """Joint positions, touch sensors and step of every state, as a structured array."""
         with self._guard():
             states: NDArray[Any] = self._file["states"][()]
-        return states
+        return states.view(STATE)
 
     @property
     def object_poses(self) -> NDArray[np.float64]:
@@ -118,8 +122,19 @@ class Recording:
         if "ground_truth" not in self._file:
             raise RecordingError(f"{self.path} is an excerpt for a controller, without positions")
         with self._guard():
-            poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
-        return poses
+            return poses_of(self._file[POSES][()], self.header.objects)
+
+    @property
+    def logged(self) -> NDArray[Any]:
+        """What the controller logged, in order: step, action, name, value, a structured array.
+
+        Step and action say how many were over when it had logged it.
+        """
+        if "logged" not in self._file:
+            return np.empty(0, LOGGED)
+        with self._guard():
+            rows: NDArray[Any] = self._file["logged"][()]
+        return rows
 
     @property
     def parts(self) -> list[dict[str, str]]:
@@ -172,39 +187,43 @@ class Recording:
                 check_dataset(group, number, *_numbers(group, number))
             return load_state(group) if len(group) else {}
 
-    def _check_format(self) -> None:
+    def _checked_version(self) -> int:
         check_attributes(self._file)
         attributes = self._file.attrs
         if attributes.get("format") != FORMAT:
             raise RecordingError(f"{self.path} is not a recording of realbench")
         version = int(attributes.get("schema_version", 0))
-        if version != SCHEMA_VERSION:
+        if version not in READABLE_VERSIONS:
             raise RecordingError(
-                f"{self.path} is of schema version {version}; this realbench reads "
-                f"version {SCHEMA_VERSION} (install a newer realbench)"
+                f"{self.path} is of schema version {version}; this realbench reads versions "
+                f"{' and '.join(map(str, READABLE_VERSIONS))} (install a newer realbench)"
             )
+        return version
 
-    def _check_safe(self) -> None:
+    @property
+    def _command_size(self) -> int:
+        return Condition.parse(self.header.condition).control_type.size
+
+    def _check_safe(self, version: int) -> None:
         """Look at what will be read, before it is."""
-        file = self._file
-        size = file["commands"].dtype["command"].shape[0]
-        n_objects = int(file.attrs["objects"])
-        rows: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {
-            "transitions": (TRANSITION, ()),
-            "commands": (command_type(size), ()),
-            "states": (STATE, ()),
-            "cuts": (CUT, ()),
-        }
+        file, names = self._file, self.header.object_names
+        if len(names) != self.header.objects:
+            raise ValueError(f"it has {len(names)} names for {self.header.objects} objects")
+        rows = stored_types(version, self._command_size, names)
         for group in ("ground_truth", "controller_state", "controller_files"):
             check_group(file, group)
-        if "ground_truth" in file:  # else see _n_poses
-            rows["ground_truth/object_poses"] = (np.dtype("<f8"), (n_objects, 7))
+        if "ground_truth" not in file:  # see _n_poses
+            del rows[POSES]
+        if "logged" in file:
+            rows["logged"] = (LOGGED, ())
         for name, (dtype, shape) in rows.items():
             check_dataset(file, name, dtype, shape)
         if "images" in file:
             height, width, *_ = file["images"].shape[1:]
             check_dataset(file, "images", np.dtype("u1"), (height, width, 3))
         check_sizes(file, rows)
+        for name in rows.keys() - {"commands"}:  # whose pieces are looked at where they are read
+            check_pieces(file[name])
 
     def _check_rows(self) -> None:
         rows = self.transitions
@@ -226,7 +245,7 @@ class Recording:
         """How many states have true poses: all, or None in an excerpt for a controller."""
         if self._file.attrs.get("excerpt", False):
             return None
-        return len(self._file["ground_truth/object_poses"])
+        return len(self._file[POSES])
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
