@@ -5,18 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
-import hdf5plugin  # noqa: F401  registers the compression of the images
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
+from real_bench.recording.arrays import MOMENTS, images_of, table_of
 from real_bench.recording.columns import poses_of
 from real_bench.recording.header import Header
+from real_bench.recording.images import ImageReader
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
     FORMAT,
@@ -28,6 +31,7 @@ from real_bench.recording.schema import (
     stored_types,
 )
 from real_bench.recording.state import ControllerState, load_state
+from real_bench.recording.triplet import State, Triplet
 from real_bench.recording.validation import (
     check_attributes,
     check_dataset,
@@ -35,6 +39,9 @@ from real_bench.recording.validation import (
     check_pieces,
     check_sizes,
 )
+
+if TYPE_CHECKING:
+    from real_bench.recording.torch_dataset import TripletDataset
 
 MOVED_M = 0.01
 """An object counts as moved when an action displaced it by more (paper, section Results)."""
@@ -99,15 +106,89 @@ class Recording:
             rows: NDArray[Any] = self._file["commands"][first:end]
         return rows.view(command_type(self._command_size))
 
+    def __len__(self) -> int:
+        """How many triplets there are; a recording without one is true all the same."""
+        return len(self.transitions)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __getitem__(self, index: int) -> Triplet:
+        """A triplet, with images where there are any; raises IndexError beyond the last."""
+        row = self.transitions[range(len(self))[index]]
+        before, after = int(row["precondition"]), int(row["outcome"])
+        rows = self.commands(int(row["first_command"]), int(row["n_commands"]))
+        pair = (None, None) if self.n_images is None else self.image_pair(before, after)
+        return Triplet(
+            self._state(before, pair[0]),
+            Action(rows["command"], rows["n_steps"], rows["line"].astype(bool)),
+            self._state(after, pair[1]),
+        )
+
+    def to_numpy(
+        self,
+        *,
+        images: bool = False,
+        image_size: tuple[int, int] | None = None,
+        cache: str | Path | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """All triplets as arrays by name, one row a triplet.
+
+        Args:
+            images: with the images of whole size; 0.5 MB a triplet.
+            image_size: with images shrunk to this width and height.
+            cache: a folder in which images are kept, so that they are made only once.
+
+        Returns:
+            ``joint_positions_before``, ``joint_positions_after`` (n, 9) radians; ``touch_sensors_``
+            (n, 4) newtons; ``object_poses_`` (n, n_objects, 7) metres and quaternion, the truth;
+            ``image_`` (n, height, width, 3) uint8; ``commands`` (n, k, size), ``n_steps`` (n, k)
+            and ``line`` (n, k) of the longest action's k commands, 0 where an action has fewer.
+
+        Raises:
+            RecordingError: images are asked for, and there are none.
+        """
+        table = table_of(self)
+        if images or image_size is not None:
+            folder = None if cache is None else Path(cache)
+            taken = images_of(self, image_size, folder)
+            for moment, column in MOMENTS.items():
+                table[f"image_{moment}"] = taken[self.transitions[column]]
+        return table
+
+    def torch_dataset(
+        self, *, image_size: tuple[int, int] | None = None, cache: str | Path | None = None
+    ) -> TripletDataset:
+        """The triplets as a dataset of torch, by the names of :meth:`to_numpy`.
+
+        Args:
+            image_size: width and height to which images are shrunk, once, in memory; None: as
+                recorded, read when they are asked for.
+            cache: a folder in which images are kept, so that they are made only once.
+
+        Raises:
+            RecordingError: a size is asked for, and there are no images.
+        """
+        from real_bench.recording.torch_dataset import TripletDataset
+
+        return TripletDataset(self, image_size, None if cache is None else Path(cache))
+
     def images(self, first: int = 0, count: int | None = None) -> NDArray[np.uint8]:
         """Camera images of states, (count, height, width, 3) uint8; by default all of them."""
-        if self.n_images is None:
-            raise RecordingError(f"{self.path} was recorded without images")
+        reader = self._image_reader
         with self._guard():
-            end = None if count is None else first + count
-            check_pieces(self._file["images"], first, end)
-            images: NDArray[np.uint8] = self._file["images"][first:end]
-        return images
+            return reader.read(first, count)
+
+    def image_pair(self, before: int, after: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """The images of two states, each (height, width, 3) uint8; neighbours are read at once."""
+        reader = self._image_reader
+        with self._guard():
+            return reader.pair(before, after)
+
+    @property
+    def image_shape(self) -> tuple[int, int, int]:
+        """Of one image: height, width, 3; raises RecordingError where there are none."""
+        return self._image_reader.shape
 
     @property
     def states(self) -> NDArray[Any]:
@@ -117,9 +198,14 @@ class Recording:
         return states.view(STATE)
 
     @property
+    def has_poses(self) -> bool:
+        """Whether the objects' true poses are in it; an excerpt for a controller may lack them."""
+        return "ground_truth" in self._file
+
+    @property
     def object_poses(self) -> NDArray[np.float64]:
         """True poses of the objects in every state, (m, n_objects, 7). For analysis."""
-        if "ground_truth" not in self._file:
+        if not self.has_poses:
             raise RecordingError(f"{self.path} is an excerpt for a controller, without positions")
         with self._guard():
             return poses_of(self._file[POSES][()], self.header.objects)
@@ -177,6 +263,24 @@ class Recording:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    @cached_property
+    def _image_reader(self) -> ImageReader:
+        if "images" not in self._file:
+            raise RecordingError(f"{self.path} was recorded without images")
+        return ImageReader(self._file["images"])
+
+    @cached_property
+    def _known(self) -> tuple[NDArray[Any], NDArray[np.float64] | None]:
+        """States and poses, read once for all that is asked for one by one."""
+        return self.states, self.object_poses if self.has_poses else None
+
+    def _state(self, number: int, image: NDArray[np.uint8] | None) -> State:
+        states, poses = self._known
+        joints, touch, step = states[number].copy()
+        return State(
+            int(step), joints, touch, None if poses is None else poses[number].copy(), image
+        )
 
     def _kept(self, name: str) -> ControllerState:
         with self._guard():

@@ -101,7 +101,9 @@ def command_type(size: int) -> np.dtype[Any]:
 RowType = tuple[np.dtype[Any], tuple[int, ...]]
 
 
-def stored_types(version: int, command_size: int, object_names: Sequence[str]) -> dict[str, RowType]:
+def stored_types(
+    version: int, command_size: int, object_names: Sequence[str]
+) -> dict[str, RowType]:
     """What the file keeps of each table: type of a row, and its shape.
 
     Args:
@@ -112,7 +114,11 @@ def stored_types(version: int, command_size: int, object_names: Sequence[str]) -
     rows = {"transitions": TRANSITION, "commands": command_type(command_size), "states": STATE}
     if version == 1:
         poses: RowType = (np.dtype("<f8"), (len(object_names), 7))
-        return {**{name: (dtype, ()) for name, dtype in rows.items()}, "cuts": (CUT, ()), POSES: poses}
+        return {
+            **{name: (dtype, ()) for name, dtype in rows.items()},
+            "cuts": (CUT, ()),
+            POSES: poses,
+        }
     flattened: dict[str, RowType] = {name: (flat(dtype), ()) for name, dtype in rows.items()}
     return {**flattened, "cuts": (CUT, ()), POSES: (pose_type(object_names), ())}
 
