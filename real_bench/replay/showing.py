@@ -51,6 +51,6 @@ def show_part(replay: PartReplay, report: OnAction) -> bool:
         now = time.monotonic()
         if due:
             time.sleep(max(0.0, due[0] - now))
-        due[:] = [max(now, *due) + STEPS_A_GLANCE * STEP_S]
+        due[:] = [max([now, *due]) + STEPS_A_GLANCE * STEP_S]
 
     return replay.run(wait, STEPS_A_GLANCE, report, gui=True)
