@@ -19,7 +19,7 @@ COMMANDS = {
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
     "watch": "follow a play from another terminal, or for TensorBoard",
     "film": "make a film of any part of a recording",
-    "export": "give a recording to others: Minari, LeRobot, CSV, Parquet",
+    "export": "give a recording to others: CSV, Parquet, Minari",
     "verify": "prove a result or a recording by replaying it",
     "goals": "make, look at and import goal sets",
     "figures": "draw the paper's figures from recordings and results",
