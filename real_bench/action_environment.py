@@ -22,10 +22,8 @@ NUMBERS = ("joint_positions", "touch_sensors")
 POSES = ("object_positions", "object_orientations")
 ACTION_S = 1000 * STEP_S
 
-Seen = dict[str, NDArray[Any]]
 
-
-class ActionEnv(gymnasium.Env[Seen, NDArray[np.float64]]):
+class ActionEnv(gymnasium.Env[dict[str, Any], Any]):
     """REAL, one macro-action (1000 steps, 5 s) a call; a library of reinforcement learning can use
     it as it is.
 
@@ -83,13 +81,15 @@ class ActionEnv(gymnasium.Env[Seen, NDArray[np.float64]]):
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
-    ) -> tuple[Seen, dict[str, Any]]:
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin anew in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
         super().reset(seed=seed)
         observation, info = self._env.reset(seed=seed, options=options)
         return self._flat(observation), info
 
-    def step(self, action: NDArray[np.float64]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
+    def step(
+        self, action: NDArray[np.float64]
+    ) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """One macro; raises ActionError for what is not four finite numbers."""
         seen, truncated, info = self._env.execute(Action.macro(action))
         return self._flat(seen), 0.0, False, truncated, info
@@ -114,7 +114,7 @@ class ActionEnv(gymnasium.Env[Seen, NDArray[np.float64]]):
     def spec(self, spec: EnvSpec | None) -> None:
         self._spec = plain_spec(spec)
 
-    def _flat(self, observation: Mapping[str, Any]) -> Seen:
+    def _flat(self, observation: Mapping[str, Any]) -> dict[str, Any]:
         assert isinstance(self.observation_space, spaces.Dict)
         return {key: flattened(observation[key]) for key in self.observation_space}
 

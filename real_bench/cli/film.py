@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -20,32 +19,26 @@ Example:
 DEFAULT_FILM = Path("play.mp4")
 
 
-class _Range(click.ParamType):
+def _range(context: click.Context, option: click.Parameter, value: str) -> slice:
     """``10:20``, ``10:``, ``:20``, ``-5:`` or a single number, as Python counts."""
-
-    name = "range"
-
-    def convert(self, value: Any, param: Any, context: Any) -> slice:
-        if isinstance(value, slice):
-            return value
-        first, colon, last = str(value).partition(":")
-        try:
-            begin, end = (int(part) if part.strip() else None for part in (first, last))
-        except ValueError:
-            begin = end = None
-        if begin is None and end is None and value != ":":
-            self.fail(f"{value!r} is no range of actions such as 10:20, 10:, -5: or 7")
-        if colon:
-            return slice(begin, end)
-        assert begin is not None  # or it was refused
-        return slice(begin, begin + 1 or None)
+    first, colon, last = value.partition(":")
+    try:
+        begin, end = (int(part) if part.strip() else None for part in (first, last))
+    except ValueError:
+        begin = end = None
+    if begin is None and end is None and value != ":":
+        raise click.BadParameter(f"{value!r} is no range of actions such as 10:20, 10:, -5: or 7")
+    if colon:
+        return slice(begin, end)
+    assert begin is not None  # or it was refused
+    return slice(begin, begin + 1 or None)
 
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=options.FILE)
 @click.option(
     "--actions",
-    type=_Range(),
+    callback=_range,
     metavar="A:B",
     default="-10:",
     show_default=True,

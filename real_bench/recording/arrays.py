@@ -93,10 +93,11 @@ def _pieces(recording: Recording, size: Size | None) -> Iterator[NDArray[np.uint
     """The images in order, some at a time."""
     for first in range(0, recording.n_states, IMAGES_A_CHUNK):
         count = min(IMAGES_A_CHUNK, recording.n_states - first)
-        yield _shrunk(recording.images(first, count), size)
+        yield shrunk(recording.images(first, count), size)
 
 
-def _shrunk(images: NDArray[np.uint8], size: Size | None) -> NDArray[np.uint8]:
+def shrunk(images: NDArray[np.uint8], size: Size | None) -> NDArray[np.uint8]:
+    """Images, (count, height, width, 3) uint8, of another width and height; None: as they are."""
     if size is None:
         return images
     import cv2

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 GZIP, SHUFFLE, ZSTD = 1, 2, 32015  # HDF5's numbers
-PACKINGS = ([], [ZSTD], [SHUFFLE, GZIP])
+PACKINGS: tuple[list[int], ...] = ([], [ZSTD], [SHUFFLE, GZIP])
 """The only ways in which we pack; before schema version 2 all was packed by zstd."""
 
 MAX_CHUNK_BYTES = 2**28

@@ -19,7 +19,9 @@ def in_bins(steps: ArrayLike, values: ArrayLike, end: int, n_bins: int) -> NDArr
     good = np.isfinite(given)
     sums = np.bincount(bins[good], given[good], n_bins)
     counts = np.bincount(bins[good], minlength=n_bins)
-    return np.divide(sums, counts, out=np.full(n_bins, np.nan), where=counts > 0)
+    means = np.full(n_bins, np.nan)
+    np.divide(sums, counts, out=means, where=counts > 0)
+    return means
 
 
 def curve(

@@ -108,6 +108,6 @@ def read_snapshot(path: Path) -> Snapshot:
             is_played=is_played,
             written_at=path.stat().st_mtime,
             ended_at=rows["first_step"] + rows["n_steps"],
-            moved=np.asarray(recording.displacements() > MOVED_M).any(axis=1),
+            moved=np.asarray((recording.displacements() > MOVED_M).any(axis=1)),
             logged=recording.logged,
         )
