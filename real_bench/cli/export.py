@@ -11,7 +11,7 @@ from real_bench.cli.printing import say
 
 EPILOG = """\b
 Example:
-  realbench export run.h5 --to csv --out tables
+  realbench export run.h5 --to csv
   realbench export run.h5 --to parquet --out tables
   realbench export run.h5 --to minari --image-size 80x60 --out datasets
 """

@@ -34,14 +34,9 @@ class ImageReader:
             ValueError, OSError: the file is damaged.
         """
         end = len(self) if count is None else min(first + count, len(self))
-        images = np.empty((max(end - first, 0), *self.shape), np.uint8)
-        # Piece by piece: HDF5 would hold all that is packed beside all that is unpacked.
-        start = first
-        while start < end:
-            stop = min(start - start % self._rows + self._rows, end)
-            self._check(start // self._rows)
-            self._data.read_direct(images, np.s_[start:stop], np.s_[start - first : stop - first])
-            start = stop
+        for piece in range(first // self._rows, -(-end // self._rows)):
+            self._check(piece)
+        images: NDArray[np.uint8] = self._data[first:end]
         return images
 
     def pair(self, before: int, after: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

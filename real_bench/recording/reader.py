@@ -46,6 +46,9 @@ if TYPE_CHECKING:
 MOVED_M = 0.01
 """An object counts as moved when an action displaced it by more (paper, section Results)."""
 
+MOST_HELD_BYTES = 2**26
+"""Commands of whole actions take less; those of controllers called at every step more."""
+
 
 class Recording:
     """A recording open for reading.
@@ -117,7 +120,7 @@ class Recording:
         """A triplet, with images where there are any; raises IndexError beyond the last."""
         row = self.transitions[range(len(self))[index]]
         before, after = int(row["precondition"]), int(row["outcome"])
-        rows = self.commands(int(row["first_command"]), int(row["n_commands"]))
+        rows = self._some_commands(int(row["first_command"]), int(row["n_commands"]))
         pair = (None, None) if self.n_images is None else self.image_pair(before, after)
         return Triplet(
             self._state(before, pair[0]),
@@ -274,6 +277,16 @@ class Recording:
     def _known(self) -> tuple[NDArray[Any], NDArray[np.float64] | None]:
         """States and poses, read once for all that is asked for one by one."""
         return self.states, self.object_poses if self.has_poses else None
+
+    @cached_property
+    def _known_commands(self) -> NDArray[Any] | None:
+        """All commands, where they are not too many to be held."""
+        held = self.n_commands * self._file["commands"].dtype.itemsize <= MOST_HELD_BYTES
+        return self.commands() if held else None
+
+    def _some_commands(self, first: int, count: int) -> NDArray[Any]:
+        known = self._known_commands
+        return self.commands(first, count) if known is None else known[first : first + count]
 
     def _state(self, number: int, image: NDArray[np.uint8] | None) -> State:
         states, poses = self._known

@@ -59,7 +59,9 @@ class TripletDataset(Dataset[Sample]):
         if self._has_images:
             before, after = (int(self._states[moment][index]) for moment in MOMENTS)
             for moment, image in zip(MOMENTS, self._pair(before, after), strict=True):
-                sample[f"image_{moment}"] = torch.from_numpy(image.transpose(2, 0, 1))
+                sample[f"image_{moment}"] = torch.from_numpy(
+                    np.ascontiguousarray(image.transpose(2, 0, 1))
+                )
         return sample
 
     def __getstate__(self) -> dict[str, Any]:
