@@ -3,7 +3,7 @@ PYTHON ?= python3
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
 
-.PHONY: demo test check lint types bench faults fuzz clean
+.PHONY: demo test coverage check lint types bench faults fuzz clean
 
 # The whole chain in about two minutes: play a little, test on five goals, print the score table.
 demo: .venv/ready
@@ -17,6 +17,10 @@ demo: .venv/ready
 
 test: .venv/ready
 	$(BIN)/pytest
+
+# Which lines the tests run, processes of commands and controllers among them.
+coverage: .venv/ready
+	$(BIN)/pytest --cov --cov-report=term:skip-covered
 
 check: lint types test
 

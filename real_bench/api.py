@@ -260,9 +260,9 @@ def draw_figures(
     Raises:
         RealBenchError: a file is not what it should be.
     """
-    from real_bench.figures import FIGURES, Asked, read_figure_data
+    from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 
-    material = read_figure_data([*map(Path, recordings)], [*map(Path, results)], Asked())
+    material = read_figure_data([*map(Path, recordings)], [*map(Path, results)], FigureOptions())
     drawn = {kind.name: kind.draw(material) for kind in FIGURES}
     return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
 

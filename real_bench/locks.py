@@ -38,8 +38,8 @@ def write_lock(path: Path) -> Iterator[None]:
         raise OutputError(f"{path} is being written by another process") from error
     except OSError as error:
         if error.errno not in NO_LOCKS:
-            told = error.strerror or error
-            raise OutputError(f"cannot write into {path.parent}: {told}") from error
+            reason = error.strerror or error
+            raise OutputError(f"cannot write into {path.parent}: {reason}") from error
         lock.unlink(missing_ok=True)
         _logger.warning(
             "%s is on a file system without locks: let no other process write it now", path

@@ -8,6 +8,8 @@ from pathlib import Path
 CONTROLLER_FILE = re.compile(r"(?P<file>.*\.py)(:(?P<name>[^:/\\]*))?")
 """How a controller in a file is named: ``path/to/file.py[:Class]``. Folders may have colons."""
 
+_EXPLORE_AT_RANDOM = frozenset({"real_r", "real_t", "real_d", "real_ld"})
+
 
 def shown_name(spec: str) -> str:
     """A controller's name as the paper writes it; of one in a file its class, or the file."""
@@ -17,6 +19,11 @@ def shown_name(spec: str) -> str:
     if module:
         return class_name
     return spec.upper().replace("_", "-") if spec.startswith("real_") else spec
+
+
+def explores_at_random(spec: str) -> bool:
+    """Whether it is one of the paper's that play alike, at random: one play serves them all."""
+    return spec in _EXPLORE_AT_RANDOM
 
 
 def without_folder(spec: str) -> tuple[str, str]:

@@ -58,5 +58,5 @@ def mixture(fingerprints: Sequence[str]) -> str:
     counted = Counter(fingerprints).most_common()
     if len(counted) < 2:
         return ""
-    told = ", ".join(f"{number} of {quoted(kind)}" for kind, number in counted)
-    return f"results of different physics are mixed ({told}): the same commands end otherwise"
+    counts = ", ".join(f"{number} of {quoted(kind)}" for kind, number in counted)
+    return f"results of different physics are mixed ({counts}): the same commands end otherwise"

@@ -99,10 +99,10 @@ def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]
     )
 
 
-def as_validated(full: Mapping[str, Any], asked: Mapping[str, Any]) -> Values:
+def as_validated(full: Mapping[str, Any], wanted: Mapping[str, Any]) -> Values:
     """Of settings in full, those that were asked for, as the controller has them."""
     found: Values = {}
-    for name, value in asked.items():
+    for name, value in wanted.items():
         kept = full.get(name, value)
         both = isinstance(kept, Mapping) and isinstance(value, Mapping)
         found[name] = as_validated(kept, value) if both else kept

@@ -23,7 +23,7 @@ def observation_space(scene: Scene, condition: Condition, n_objects: int) -> spa
     """The official observation keys of a condition; positions and masks only where it has O."""
     camera, names = scene.manifest.camera, scene.object_names(n_objects)
     size = (camera.height, camera.width)
-    seen: dict[str, spaces.Space[Any]] = {
+    senses: dict[str, spaces.Space[Any]] = {
         "joint_positions": spaces.Box(-np.inf, np.inf, (9,), np.float64),
         "touch_sensors": spaces.Box(0, np.inf, (4,), np.float64),
         "retina": spaces.Box(0, 255, (*size, 3), np.uint8),
@@ -31,14 +31,14 @@ def observation_space(scene: Scene, condition: Condition, n_objects: int) -> spa
         "goal": spaces.Box(0, 255, (*size, 3), np.uint8),
     }
     if condition.sees_objects:
-        seen |= {
+        senses |= {
             "mask": spaces.Box(-1, 255, size, np.int32),
             "goal_mask": spaces.Box(-1, 255, size, np.int32),
             "object_positions": _each(names, -np.inf, np.inf, 3),
             "object_orientations": _each(names, -UNIT, UNIT, 4),
             "goal_positions": _each(names, -np.inf, np.inf, 3),
         }
-    return spaces.Dict(seen)
+    return spaces.Dict(senses)
 
 
 def _each(names: tuple[str, ...], low: float, high: float, size: int) -> spaces.Dict:

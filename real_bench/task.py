@@ -183,5 +183,5 @@ class Task:
 def _explained(
     error: PhysicsError, what: str, numbers: NDArray[np.float64], began: int
 ) -> PhysicsError:
-    told = np.round(numbers, 6).tolist()
-    return PhysicsError(f"{error}; the {what} that began at step {began:,} is {told}")
+    shown = np.round(numbers, 6).tolist()
+    return PhysicsError(f"{error}; the {what} that began at step {began:,} is {shown}")

@@ -122,6 +122,6 @@ def parse(text: str, source: str, fault: type[RealBenchError]) -> Any:
     try:
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:
-        told = " ".join(str(error).replace('in "<unicode string>", ', "in ").split())
-        told = told or type(error).__name__
-        raise fault(f"{source}: {told}") from error
+        reason = " ".join(str(error).replace('in "<unicode string>", ', "in ").split())
+        reason = reason or type(error).__name__
+        raise fault(f"{source}: {reason}") from error

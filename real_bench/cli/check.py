@@ -63,22 +63,25 @@ def check(
     from real_bench.source import ControllerSource
 
     source = ControllerSource.of(controller)
-    told = official_options(source.place) if source.file else official_options(Path())
+    options_of_file = official_options(source.place) if source.file else official_options(Path())
     backends: dict[str, ControllerBackend] = {} if isolated_only else {"here": LocalBackend()}
     backends["isolated"] = SandboxBackend()
     settings = read_settings(settings_file, assignments)
-    asked = condition or told.condition
+    tried_condition = condition or options_of_file.condition
     found = {}
     for name, backend in backends.items():
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
-            asked, found[name] = _tried(
-                controller, asked, objects or told.objects, settings, backend
+            tried_condition, found[name] = _tried(
+                controller, tried_condition, objects or options_of_file.objects, settings, backend
             )
     good = all(finding.good for findings in found.values() for finding in findings)
     commands = []
-    if good and asked:
+    if good and tried_condition:
         identity = next(iter(backends.values())).identity(controller, settings)
-        commands = [shlex.join(c) for c in commands_to_use(controller, identity, asked, told)]
+        commands = [
+            shlex.join(c)
+            for c in commands_to_use(controller, identity, tried_condition, options_of_file)
+        ]
     if as_json:
         facts = {name: [asdict(one) for one in findings] for name, findings in found.items()}
         click.echo(json.dumps({"good": good, **facts, "commands": commands}))
@@ -123,7 +126,7 @@ def _show(
     for name, findings in found.items():
         click.echo(f"{name}:")
         for finding in findings:
-            click.echo(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.told}")
+            click.echo(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.detail}")
     if withheld:
         click.echo(f"not shown to an isolated controller: {', '.join(withheld)}")
     if commands:

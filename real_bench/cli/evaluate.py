@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from real_bench import defaults
 from real_bench.cli import options, running
 from real_bench.lengths import INTRINSIC_STEPS
 
@@ -24,8 +25,8 @@ Example:
     "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
 )
 @options.trial_steps_option
-@click.option("--run", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
-@click.option("--out", type=options.FILE, default=options.DEFAULT_RESULT, show_default=True)
+@click.option("--run", type=options.FILE, default=defaults.RUN, show_default=True)
+@click.option("--out", type=options.FILE, default=defaults.RESULT, show_default=True)
 @options.overwrite_option
 @options.json_option
 @options.isolation_options()

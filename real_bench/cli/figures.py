@@ -14,7 +14,7 @@ from real_bench.cli.printing import say
 from real_bench.errors import RealBenchError
 
 if TYPE_CHECKING:
-    from real_bench.figures import Asked, FigureData
+    from real_bench.figures import FigureData, FigureOptions
 
 EPILOG = """\b
 Example:
@@ -66,36 +66,36 @@ def figures(
     Results must be of the same goals; give the recordings beside them, which alone tell who
     played what was learned from.
     """
-    from real_bench.figures import Asked
+    from real_bench.figures import FigureOptions
     from real_bench.figures.saving import prepare_folder
     from real_bench.settings import read_settings
 
-    asked = Asked(read_settings(settings_file, assignments), seed, run_steps)
+    chosen = FigureOptions(read_settings(settings_file, assignments), seed, run_steps)
     found = kinds.by_kind(files, kinds.RECORDING, kinds.RESULT)
     prepare_folder(out, overwrite=overwrite)
-    material = _read(found[kinds.RECORDING], found[kinds.RESULT], asked)
-    summary = _draw_all(material, asked, out)
+    data = _read(found[kinds.RECORDING], found[kinds.RESULT], chosen)
+    summary = _draw_all(data, chosen, out)
     if as_json:
         say(json.dumps(summary))
     else:
         _report(summary, out)
 
 
-def _read(recordings: Sequence[Path], results: Sequence[Path], asked: Asked) -> FigureData:
+def _read(recordings: Sequence[Path], results: Sequence[Path], chosen: FigureOptions) -> FigureData:
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import read_figure_data
 
     with ProgressDisplay("reading recordings", "recordings", len(recordings)) as display:
-        return read_figure_data(recordings, results, asked, display.update)
+        return read_figure_data(recordings, results, chosen, display.update)
 
 
-def _draw_all(material: FigureData, asked: Asked, out: Path) -> dict[str, Any]:
+def _draw_all(data: FigureData, chosen: FigureOptions, out: Path) -> dict[str, Any]:
     """Draw and write what can be drawn, and last of all the summary of it."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import FIGURES, facts
     from real_bench.figures.saving import remove_drawing, save_drawing, save_summary
 
-    drawings = {kind.name: kind.draw(material) for kind in FIGURES}
+    drawings = {kind.name: kind.draw(data) for kind in FIGURES}
     if not any(drawings.values()):
         raise RealBenchError("nothing can be drawn: there is no whole action and no whole result")
     with ProgressDisplay("drawing", "figures", len(FIGURES)) as display:
@@ -108,7 +108,7 @@ def _draw_all(material: FigureData, asked: Asked, out: Path) -> dict[str, Any]:
     summary = {
         "drawn": {kind.name: kind.shows for kind in FIGURES if drawings[kind.name]},
         "not_drawn": {kind.name: kind.needs for kind in FIGURES if not drawings[kind.name]},
-        **facts(material, asked),
+        **facts(data, chosen),
     }
     save_summary(out, summary)
     return summary

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from real_bench import defaults
 from real_bench.cli import options, running
 from real_bench.cli.describing import describe_recording, print_facts
 from real_bench.cli.printing import say
@@ -23,7 +24,7 @@ Example:
 @click.command(epilog=EPILOG)
 @options.setting_options
 @click.option("--steps", type=int, help=f"Length of the phase. [default: {INTRINSIC_STEPS:,}]")
-@click.option("--out", type=options.FILE, default=options.DEFAULT_RUN, show_default=True)
+@click.option("--out", type=options.FILE, default=defaults.RUN, show_default=True)
 @click.option(
     "--images/--no-images", default=None, help="Record images. [default: in image conditions]"
 )

@@ -10,14 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from real_bench import lengths
+from real_bench import defaults, lengths
 from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
     from real_bench.phases.proxy import ControllerBackend
-
-DEFAULT_RUN = Path("run.h5")  # as in phases/plans.py, which is not imported for a --help
-DEFAULT_RESULT = Path("score.json")
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -68,7 +65,7 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
     click.option(
         "--run",
         type=FILE,
-        help=f"Recording to learn from. [default: {DEFAULT_RUN}, if it fits]",
+        help=f"Recording to learn from. [default: {defaults.RUN}, if it fits]",
     ),
     click.option(
         "--run-steps",
@@ -100,7 +97,7 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
     ),
     trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
-    click.option("--out", type=FILE, default=DEFAULT_RESULT, show_default=True),
+    click.option("--out", type=FILE, default=defaults.RESULT, show_default=True),
 )
 
 SETTING_OPTIONS: tuple[Decorator, ...] = (
@@ -156,9 +153,9 @@ class Isolation:
             "call_s": self.call_limit,
             "total_s": self.total_limit,
         }
-        asked = {name: value for name, value in given.items() if value is not None}
+        limits = {name: value for name, value in given.items() if value is not None}
         if not self.isolate:
-            if asked:
+            if limits:
                 raise click.UsageError("limits are for isolated controllers: use --isolate, too")
             from real_bench.phases.local import LocalBackend
 
@@ -166,7 +163,7 @@ class Isolation:
         from real_bench.sandbox import Limits, SandboxBackend
 
         backend = SandboxBackend(
-            tuple(path for path in secrets if path is not None), Limits(**asked)
+            tuple(path for path in secrets if path is not None), Limits(**limits)
         )
         say_sandbox()
         return backend

@@ -79,10 +79,10 @@ class ProgressDisplay:
             self._console.print(self._line(done, note), soft_wrap=True, highlight=False)
 
     def _line(self, done: int, note: str) -> str:
-        told = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", note]
+        parts = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", note]
         if self.rate(done) > 0:  # the first report only says where it begins
-            told.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
-        return ", ".join(filter(None, told))
+            parts.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
+        return ", ".join(filter(None, parts))
 
     def rate(self, done: int) -> float:
         """How much is done a second, in this process."""

@@ -65,8 +65,8 @@ def _made(files: Sequence[Path], title: str, goals: Sequence[Path], videos: Path
     from real_bench.report.making import ReportFiles, make_report
 
     found = kinds.by_kind(files, kinds.EXPERIMENT, kinds.RECORDING, kinds.RESULT)
-    asked = ReportFiles(
+    sources = ReportFiles(
         found[kinds.EXPERIMENT], found[kinds.RECORDING], found[kinds.RESULT], goals, videos
     )
-    with ProgressDisplay("picturing results", "results", len(asked.results)) as display:
-        return make_report(asked, title, display.update)
+    with ProgressDisplay("picturing results", "results", len(sources.results)) as display:
+        return make_report(sources, title, display.update)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from real_bench import defaults
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
 
@@ -91,7 +92,7 @@ def result_of(
     from real_bench.phases.plans import plan_test
     from real_bench.settings import read_settings
 
-    default = options.DEFAULT_RUN if options.DEFAULT_RUN.exists() else None
+    default = defaults.RUN if defaults.RUN.exists() else None
     files = [run, default, goals, video, pictures, explain]
     written = [path for path in (out, *files, *secrets) if path is not None]
     plan = plan_test(

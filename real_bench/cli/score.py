@@ -81,9 +81,9 @@ def score(
     from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
 
-    asked = _options_of_a_test(context)
-    if files and asked:
-        raise click.UsageError(f"{asked[0]} is for a test, and FILES are results of tests")
+    test_options = _options_of_a_test(context)
+    if files and test_options:
+        raise click.UsageError(f"{test_options[0]} is for a test, and FILES are results of tests")
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
     page_file = cases_file = None
@@ -117,8 +117,10 @@ def score(
     publish(page, verdicts.junit(verdict))
     say(json.dumps(verdict.to_json()) if as_json else page.rstrip())
     if not verdict.passed:
-        told = "; ".join(f"{each.name}: {each.told}" for each in verdict.checks if not each.passed)
-        say(f"realbench: not passed: {told}", err=True)
+        failed = "; ".join(
+            f"{each.name}: {each.detail}" for each in verdict.checks if not each.passed
+        )
+        say(f"realbench: not passed: {failed}", err=True)
         sys.exit(NOT_PASSED)
 
 

@@ -101,8 +101,8 @@ def _make(experiment: Experiment, work: PendingJobs) -> dict[str, str]:
             doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
             if progress.waits_for:
                 doing = f"waiting for {progress.waits_for}"
-            told = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
-            display.update(progress.n_steps, told)
+            note = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
+            display.update(progress.n_steps, note)
 
         return experiment.make(work, update)
 

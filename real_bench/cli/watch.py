@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from real_bench import defaults
 from real_bench.cli import options
 from real_bench.cli.printing import say
 
@@ -25,7 +26,7 @@ Example:
 
 
 @click.command(epilog=EPILOG)
-@click.argument("file", type=options.FILE, default=options.DEFAULT_RUN)
+@click.argument("file", type=options.FILE, default=defaults.RUN)
 @click.option("--once", is_flag=True, help="Say how far it is, and end.")
 @click.option(
     "--every",
@@ -77,7 +78,7 @@ def _show_all(
 
 
 def _json(moment: Moment) -> None:
-    facts = {**moment.snapshot.to_json(), "steps_a_second": moment.speed}
+    facts = {**moment.status.to_json(), "steps_a_second": moment.speed}
     say(json.dumps({**facts, "seconds_left": moment.seconds_left}))
 
 

@@ -39,21 +39,21 @@ def official_space(ours: spaces.Dict) -> spaces.Dict:
     Its observations are not always in it: joint positions come as a list, and a goal's mask and
     positions are None in free play.
     """
-    seen = {key: space for key, space in ours.items() if key in KEYS}
-    seen["depth"] = spaces.Box(0, 1, ours["depth"].shape, np.float64)
+    official = {key: space for key, space in ours.items() if key in KEYS}
+    official["depth"] = spaces.Box(0, 1, ours["depth"].shape, np.float64)
     for key in ("mask", "goal_mask"):
-        if key in seen:
-            seen[key] = spaces.Box(0, 255, ours[key].shape, np.int32)
+        if key in official:
+            official[key] = spaces.Box(0, 255, ours[key].shape, np.int32)
     for key in ("object_positions", "goal_positions"):
-        if key in seen:
-            seen[key] = _positions(seen[key])
-    return spaces.Dict(seen)
+        if key in official:
+            official[key] = _positions(official[key])
+    return spaces.Dict(official)
 
 
 def official_observation(observation: Observation) -> dict[str, Any]:
     """One moment as the official package shows it, everything read now."""
-    told = set(observation)  # asking whether a key is in it would compute its value
-    return {key: _value(observation, key) for key in KEYS if key in told}
+    given = set(observation)  # asking whether a key is in it would compute its value
+    return {key: _value(observation, key) for key in KEYS if key in given}
 
 
 class OfficialActions:

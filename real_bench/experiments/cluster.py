@@ -117,15 +117,15 @@ def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
 
     worker = get_worker()
     key = worker.get_current_task()
-    asked = job_from_json(text)
+    sent = job_from_json(text)
     with own_folder("realbench-job-") as folder:
-        job = _moved(asked, contents, folder)
+        job = _moved(sent, contents, folder)
 
         def report(done: int) -> None:
             known = worker.state.tasks.get(key)
             if known is None or known.state == "cancelled":
                 raise NotWantedError
-            worker.log_event(topic, {"job": asked.name, "done": done})
+            worker.log_event(topic, {"job": sent.name, "done": done})
 
         Processes().do(job, report)
         return job.out.read_bytes()

@@ -104,11 +104,11 @@ def _state_of_play(job: PlayJob) -> JobState:
     return JobState("done" if ended else "unfinished", tuple(reasons))
 
 
-def _differences(found: Mapping[str, Any], asked: Mapping[str, Any]) -> list[str]:
+def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
     return [
-        f"{name.replace('_', ' ')} {found[name]}, not {asked[name]}"
-        for name in asked
-        if found[name] != asked[name]
+        f"{name.replace('_', ' ')} {found[name]}, not {wanted[name]}"
+        for name in wanted
+        if found[name] != wanted[name]
     ]
 
 
@@ -124,10 +124,10 @@ def _controller_misfits(job: Job, named: str, sha256: str) -> list[str]:
 
 def _setting_misfits(job: Job, found: Mapping[str, Any]) -> list[str]:
     """What is asked for must be so; where nothing is asked, defaults may have changed."""
-    asked, found = (json.loads(json.dumps(values)) for values in (job.settings, found))
-    if merged(found, asked) != found:
+    wanted, found = (json.loads(json.dumps(values)) for values in (job.settings, found))
+    if merged(found, wanted) != found:
         with suppress(ControllerError):  # of one that is not here
             # "50" may be 50 to it; who only looks runs no stranger's code outside support
             walled = job.model_copy(update={"isolate": not is_installed(job.controller)})
-            asked = as_validated(walled.settings_in_full(), asked)
-    return [] if merged(found, asked) == found else [f"settings {found}, not {asked}"]
+            wanted = as_validated(walled.settings_in_full(), wanted)
+    return [] if merged(found, wanted) == found else [f"settings {found}, not {wanted}"]

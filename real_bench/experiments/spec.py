@@ -100,9 +100,9 @@ class Cell(_Played):
     @classmethod
     def _has_a_name(cls, values: Any) -> Any:
         if isinstance(values, dict) and "name" not in values:
-            told = [values.get("condition"), values.get("objects", 1)]
+            parts = [values.get("condition"), values.get("objects", 1)]
             plain = _short(str(values.get("controller")))
-            return {**values, "name": "-".join([plain, *map(str, told)])}
+            return {**values, "name": "-".join([plain, *map(str, parts)])}
         return values
 
     @property

@@ -94,7 +94,7 @@ def cells(row: Row) -> list[str]:
     """What stands in each column."""
     cell, summary = row.cell, row.summary
     done = f"{len(row.seeds)} of {row.n_asked}{MIXED if mixture(row.physics) else ''}"
-    told = [
+    lines = [
         cell.label,
         cell.condition,
         str(cell.objects),
@@ -114,31 +114,31 @@ def cells(row: Row) -> list[str]:
     unlike = UNLIKE if row.unlike_published else ""
     few = "" if row.is_enough or row.difference is None else FEW
     difference = ABSENT if row.difference is None else f"{row.difference:+.3f}{few}{unlike}"
-    return [*told, *numbers, f"{_published(cell.published)}{unlike}", difference]
+    return [*lines, *numbers, f"{_published(cell.published)}{unlike}", difference]
 
 
 def notes(rows: Sequence[Row]) -> list[str]:
     """What is to be said below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
-    told = [
+    lines = [
         LEGEND,
         *(f"{row.cell.name}: {quoted(row.cell.note, LONGEST)}" for row in rows if row.cell.note),
     ]
     if any(row.difference is not None and not row.is_enough for row in rows):
-        told.append(f"{FEW} fewer than {ENOUGH_REPEATS} plays: too few to compare")
+        lines.append(f"{FEW} fewer than {ENOUGH_REPEATS} plays: too few to compare")
     for reason in dict.fromkeys(reason for row in rows for reason in row.unlike_published):
-        told.append(f"{UNLIKE} not what was published: {reason}")
+        lines.append(f"{UNLIKE} not what was published: {reason}")
     if earlier := [row.cell.name for row in rows if row.is_of_earlier_control]:
-        told.append(
+        lines.append(
             f"by an earlier version of their control (macros did not end exactly at their second "
             f"point): {', '.join(earlier)}"
         )
     if told_of_physics := mixture([each for row in rows for each in row.physics]):
-        told.append(f"{MIXED} {told_of_physics}")
+        lines.append(f"{MIXED} {told_of_physics}")
     if missing:
-        asked = sum(row.n_asked for row in rows)
-        told.append(f"{missing} of {asked} repeats are missing")
-    return told
+        wanted = sum(row.n_asked for row in rows)
+        lines.append(f"{missing} of {wanted} repeats are missing")
+    return lines
 
 
 def _others() -> list[str]:

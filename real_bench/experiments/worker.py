@@ -11,12 +11,12 @@ import json
 import logging
 import os
 import sys
-import threading
 import time
 from typing import Any, TextIO
 
 from real_bench.errors import RealBenchError
 from real_bench.experiments.jobs import job_from_json
+from real_bench.parent import end_when
 
 SECONDS_BETWEEN_REPORTS = 0.2
 
@@ -48,15 +48,10 @@ def main() -> None:
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     job = job_from_json(sys.stdin.readline())
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_when(sys.stdin.read)
     try:
         job.do(channel.report)
     except RealBenchError as error:
         channel.tell(failed=str(error))
     else:
         channel.tell(finished=True)
-
-
-def _end_with_parent() -> None:
-    sys.stdin.read()
-    os._exit(1)

@@ -7,17 +7,17 @@ Each file draws one figure: what was recorded goes in, a drawing with its number
 from real_bench.figures.data import FigureData
 from real_bench.figures.drawing import Drawing, Numbers
 from real_bench.figures.facts import facts
-from real_bench.figures.played import Asked, Play, play_labels, read_play
+from real_bench.figures.played import FigureOptions, Play, play_labels, read_play
 from real_bench.figures.reading import read_figure_data
 from real_bench.figures.registry import FIGURES, FigureKind
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
 __all__ = [
     "FIGURES",
-    "Asked",
     "Drawing",
     "FigureData",
     "FigureKind",
+    "FigureOptions",
     "Numbers",
     "Play",
     "Tested",

@@ -33,8 +33,8 @@ def draw(material: FigureData) -> Drawing | None:
         for number, (label, far) in enumerate(lengths.items()):
             sign = style.sign(number)
             counts = np.histogram(far, edges)[0]
-            told = f"{label}: {share_near(far):.0%} below 20 cm"
-            steps = panel.stairs(counts, 100 * edges, linewidth=1.2, label=told)
+            legend = f"{label}: {share_near(far):.0%} below 20 cm"
+            steps = panel.stairs(counts, 100 * edges, linewidth=1.2, label=legend)
             steps.set(edgecolor=sign.colour, linestyle=sign.line)
             outlines.append(steps)
             rows = {"cm_from": 100 * edges[:-1], "cm_to": 100 * edges[1:], "actions": counts}

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from real_bench.figures.played import Play
 from real_bench.figures.tested import Series, Tested, series
+from real_bench.naming import explores_at_random
 
 
 @dataclass(frozen=True)
@@ -18,5 +19,9 @@ class FigureData:
     @property
     def series(self) -> list[Series]:
         """The results, repetitions of one test together."""
-        explorers = {play.sha256: play.header.controller for play in self.plays}
+        explorers = {
+            play.sha256: play.header.controller
+            for play in self.plays
+            if not explores_at_random(play.header.controller)
+        }
         return series(self.tested, explorers)

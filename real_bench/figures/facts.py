@@ -16,20 +16,20 @@ from real_bench.figures.action_lengths import share_near
 from real_bench.figures.coverage import whereabouts
 from real_bench.figures.data import FigureData
 from real_bench.figures.effective_actions import passes_1_cm
-from real_bench.figures.played import Asked, Play
+from real_bench.figures.played import FigureOptions, Play
 from real_bench.figures.tested import Tested
 from real_bench.recording import package_versions
 
 
-def facts(material: FigureData, asked: Asked) -> dict[str, Any]:
+def facts(figure_data: FigureData, options: FigureOptions) -> dict[str, Any]:
     """What was drawn from, and what its figures say in single numbers."""
     return {
-        "recordings": [_played(play) for play in material.plays],
-        "results": [_tested(tested) for tested in material.tested],
+        "recordings": [_played(play) for play in figure_data.plays],
+        "results": [_tested(tested) for tested in figure_data.tested],
         "asked": {
-            "settings": dict(asked.settings),
-            "seed": asked.seed,
-            "run_steps": asked.run_steps,
+            "settings": dict(options.settings),
+            "seed": options.seed,
+            "run_steps": options.run_steps,
         },
         "versions": package_versions(),
     }

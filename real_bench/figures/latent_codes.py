@@ -92,8 +92,8 @@ def see(
     codes = Triplets(triplets.states[kept], triplets.outcomes[kept])
     there = positions[experience.preconditions[kept]]
     pairs = pair_distances(codes.states, there, N_PAIRS, np.random.default_rng(seed))
-    told = {"eye": settings.eye.model_dump(), "vae": settings.vae.model_dump()}
-    return LatentCodes(codes, pairs, told, is_recorded)
+    facts = {"eye": settings.eye.model_dump(), "vae": settings.vae.model_dump()}
+    return LatentCodes(codes, pairs, facts, is_recorded)
 
 
 def _learned(recording: Recording) -> Mapping[str, Any]:

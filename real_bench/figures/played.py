@@ -24,7 +24,7 @@ from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
 
 
 @dataclass(frozen=True)
-class Asked:
+class FigureOptions:
     """What the user may choose.
 
     Attributes:
@@ -99,7 +99,7 @@ def play_labels(paths: Sequence[Path]) -> list[str]:
     )
 
 
-def read_play(path: Path, label: str, asked: Asked) -> Play:
+def read_play(path: Path, label: str, options: FigureOptions) -> Play:
     """Read a recording; learns to see where it has images, and no weights that fit.
 
     Raises:
@@ -107,13 +107,13 @@ def read_play(path: Path, label: str, asked: Asked) -> Play:
         RealBenchError: it cannot be learned from.
     """
     with Recording(path) as recording:
-        if asked.run_steps is not None and asked.run_steps > recording.n_steps:
+        if options.run_steps is not None and options.run_steps > recording.n_steps:
             raise RecordingError(
-                f"{path} has {recording.n_steps:,} steps, {asked.run_steps:,} were asked for"
+                f"{path} has {recording.n_steps:,} steps, {options.run_steps:,} were asked for"
             )
         header = recording.header
         condition = Condition("I", Condition.parse(header.condition).control)
-        experience = Experience(path, condition, asked.run_steps)
+        experience = Experience(path, condition, options.run_steps)
         rows, kept = recording.transitions[: len(experience)], plannable(experience)
         positions = recording.object_poses[: experience.n_states, :, :3]
         ended_at = rows["first_step"] + rows["n_steps"]
@@ -129,8 +129,8 @@ def read_play(path: Path, label: str, asked: Asked) -> Play:
             positions=positions,
             logged=logged[logged["step"] <= (ended_at[-1] if len(ended_at) else 0)],
             places=planar(positions, before, after),
-            sight=see(recording, experience, kept, positions, asked.settings, asked.seed),
-            levels=sight_settings(asked.settings).abstraction.levels,
+            sight=see(recording, experience, kept, positions, options.settings, options.seed),
+            levels=sight_settings(options.settings).abstraction.levels,
             region=_region(header),
         )
 

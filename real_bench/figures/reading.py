@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from real_bench.figures.data import FigureData
-from real_bench.figures.played import Asked, Play, play_labels, read_play
+from real_bench.figures.played import FigureOptions, Play, play_labels, read_play
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
 Progress = Callable[[int, str], None]
@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 def read_figure_data(
     recordings: Sequence[Path],
     results: Sequence[Path],
-    asked: Asked,
+    options: FigureOptions,
     progress: Progress = lambda done, name: None,
 ) -> FigureData:
     """What figures are made of; raises RealBenchError.
@@ -27,14 +27,14 @@ def read_figure_data(
     Args:
         recordings: files of intrinsic phases.
         results: files of extrinsic phases, of the same goals; unfinished ones are not used.
-        asked: how to see, and how much of the recordings to use.
+        options: how to see, and how much of the recordings to use.
         progress: told before each recording.
     """
     tested = _finished([read_tested(file) for file in results])
     plays: list[Play] = []
     for file, label in zip(recordings, play_labels(recordings), strict=True):
         progress(len(plays), file.name)
-        plays.append(read_play(file, label, asked))
+        plays.append(read_play(file, label, options))
     return FigureData(tuple(plays), tested)
 
 

@@ -72,9 +72,9 @@ def _longest(series: Sequence[Series]) -> list[Series]:
 def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, sign: style.Sign) -> None:
     runs = len(one.results)
     share = "" if one.results[0].is_complete else f" ({one.results[0].share})"
-    told = f"{one.condition}: mean {scores.mean():.3f}{share}, {runs} run{'s' * (runs > 1)}"
+    caption = f"{one.condition}: mean {scores.mean():.3f}{share}, {runs} run{'s' * (runs > 1)}"
     panel.vlines(x, 0, scores, color=sign.colour, linewidth=0.8)
-    panel.plot(x, scores, sign.marker, color=sign.colour, label=told, clip_on=False, zorder=3)
+    panel.plot(x, scores, sign.marker, color=sign.colour, label=caption, clip_on=False, zorder=3)
     panel.set_ylabel("score")
 
 

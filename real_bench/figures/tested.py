@@ -17,9 +17,6 @@ from real_bench.naming import shown_name
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
 
-RANDOM_EXPLORERS = ("real_r", "real_t", "real_d", "real_ld")
-"""These play alike: one exploration serves them all."""
-
 
 @dataclass(frozen=True)
 class Tested:
@@ -86,7 +83,7 @@ def series(tested: Sequence[Tested], explorers: Mapping[str, str]) -> list[Serie
 
     Args:
         tested: the results.
-        explorers: who played the recordings that are at hand, by their hash.
+        explorers: who played the recordings at hand that were not played at random, by hash.
     """
     groups: dict[_Test, list[Result]] = {}
     for one in tested:
@@ -110,7 +107,7 @@ class _Test:
     @classmethod
     def of(cls, setting: Setting, explorers: Mapping[str, str]) -> _Test:
         player = explorers.get(setting.run_sha256, "")
-        curious = player not in ("", setting.controller, *RANDOM_EXPLORERS)
+        curious = player not in ("", setting.controller)
         return cls(
             shown_name(setting.controller) + (f", play of {shown_name(player)}" if curious else ""),
             json.dumps(setting.settings, sort_keys=True),

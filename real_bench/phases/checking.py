@@ -30,12 +30,12 @@ class Finding:
     Attributes:
         what: was tried.
         good: whether it went well.
-        told: what came of it.
+        detail: what came of it.
     """
 
     what: str
     good: bool
-    told: str
+    detail: str
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ class ControllerCheck:
             other.set_state(restore_state(structure, lambda number: arrays[number]))
             again, others = strip_state(other.get_state())
         same = structure == again and all(map(np.array_equal, arrays, others))
-        told = "comes back as it was" if same else "set_state(get_state()) gives another state"
-        return Finding("state", same, told)
+        detail = "comes back as it was" if same else "set_state(get_state()) gives another state"
+        return Finding("state", same, detail)
 
     @contextmanager
     def _proxy(self, task: Task) -> Iterator[ControllerProxy]:

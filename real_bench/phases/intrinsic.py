@@ -32,6 +32,7 @@ from real_bench.recording import (
     Header,
     Recorder,
     Recording,
+    Snapshot,
     run_versions,
 )
 from real_bench.simulation.scene import Scene
@@ -243,18 +244,30 @@ class _Play:
             )
 
     def _play(self, report: OnPlay, stop: StopRequest) -> None:
-        recorder, task = self._recorder, self._task
-        poses = recorder.add_state(task)
+        recorder = self._recorder
+        now = self._snapshot()
+        recorder.add_state(now)
         n_actions = n_moved = 0
         while recorder.n_steps < self._steps and not stop.made:
             action = self._player.play(self._steps - recorder.n_steps)
-            before, poses = poses, recorder.add_transition(action, task)
+            before, now = now, self._snapshot()
+            recorder.add_transition(action, now)
             recorder.add_logged(self._proxy.take_logged())
-            n_actions, n_moved = n_actions + 1, n_moved + _moved(before, poses)
+            n_actions += 1
+            n_moved += _moved(before.object_poses, now.object_poses)
             self._checkpoint_if_cheap()
             if recorder.is_due:
                 recorder.write()
             report(Progress(recorder.n_steps, self._steps, n_actions, n_moved))
+
+    def _snapshot(self) -> Snapshot:
+        simulation = self._task.simulation
+        return Snapshot(
+            simulation.joint_positions(),
+            simulation.touch_sensors(),
+            simulation.object_poses(),
+            simulation.image().retina if self._recorder.has_images else None,
+        )
 
     def _checkpoint_if_cheap(self) -> None:
         """Take the controller's state: as often as it costs little, and every ten seconds."""

@@ -105,11 +105,11 @@ class LocalProxy:
         # Its own spaces: sampling from them is part of its randomness.
         self._action_space = copy.deepcopy(terms.action_space)
         self._official = None if self._hooks_of_ours else OfficialActions(self.spec, terms.control)
-        seen = (
+        space = (
             official_space(terms.observation_space) if self._official else terms.observation_space
         )
         checked = check_settings(kind, self.spec, settings)
-        arguments = (self._action_space, seen, *([checked] if checked else []))
+        arguments = (self._action_space, space, *([checked] if checked else []))
         self._check_signature(kind, arguments)
         self._controller = self._guarded(kind, *arguments)
         if _learns_across_trials(self._controller) != self.identity.learns_across_trials:

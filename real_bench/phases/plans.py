@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from real_bench import defaults
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, RecordingError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
@@ -20,7 +21,6 @@ from real_bench.settings import Values, merged
 from real_bench.simulation import DEFAULT_SCENE, Scene, load_scene
 from real_bench.source import resolved
 
-DEFAULT_RUN = Path("run.h5")
 DEFAULT_CONDITION = "IM"
 
 NEW_RUN: dict[str, Any] = {
@@ -118,8 +118,8 @@ def plan_test(
         condition = header.condition if header else DEFAULT_CONDITION
     loaded = load_scene(scene)
     loaded.object_names(n_objects)
-    asked = Condition.parse(condition)
-    if header and (misfits := header.misfits(asked, n_objects, loaded.sha256)):
+    wanted = Condition.parse(condition)
+    if header and (misfits := header.misfits(wanted, n_objects, loaded.sha256)):
         if run is not None:
             raise RecordingError(f"{run} does not fit this test: {'; '.join(misfits)}")
         log.info("%s is not used: %s", path, "; ".join(misfits))
@@ -131,7 +131,7 @@ def plan_test(
         )
     return TrialPlan(
         controller=controller or (header.controller_source if header else ""),
-        condition=asked,
+        condition=wanted,
         scene=loaded,
         goal_set=goals_for_test(given, n_objects, loaded),
         seed=seed if seed is not None else (header.seed if header else 0),
@@ -198,7 +198,7 @@ def _recorded(path: Path, controller: str | None, backend: ControllerBackend) ->
 
 def _found(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
     """The recording that is asked for, or the default one where there is one."""
-    path = run or DEFAULT_RUN
+    path = run or defaults.RUN
     if run is None and not path.exists():
         return None, None
     try:

@@ -8,7 +8,6 @@ import os
 import pickle
 import signal
 import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -22,6 +21,7 @@ from real_bench.errors import RealBenchError
 from real_bench.files import write_whole
 from real_bench.finding import controller_folders
 from real_bench.locks import own_folder
+from real_bench.parent import end_when
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
@@ -137,15 +137,9 @@ def _start(folder: Path) -> None:
     sys.stdout = sys.stderr  # what a controller prints is no result
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
-    threading.Thread(target=_die_with_parent, daemon=True).start()
+    if (parent := multiprocessing.parent_process()) is not None:
+        end_when(parent.join)
     _Here.folder = folder
-
-
-def _die_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _do(task: Any) -> Path:

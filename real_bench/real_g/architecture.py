@@ -135,10 +135,12 @@ class RealG(Controller):
             "expected_end": choice.end.tolist(),
             "numbers": choice.numbers.tolist(),
         }
-        told = f"{choice.now:.3f} m from its goal, {choice.expected:.3f} expected at last"
+        sentence = f"{choice.now:.3f} m from its goal, {choice.expected:.3f} expected at last"
         if choice.gain <= 0:
-            return Explanation(f"nothing improves: rests; object {number} is {told}", facts)
-        return Explanation(f"object {number}: {told}", facts, (self._deed.action(choice.numbers),))
+            return Explanation(f"nothing improves: rests; object {number} is {sentence}", facts)
+        return Explanation(
+            f"object {number}: {sentence}", facts, (self._deed.action(choice.numbers),)
+        )
 
     def _best(self, observation: Mapping[str, Any], left: int) -> tuple[int, Choice] | None:
         """The object and the action by which most is gained."""

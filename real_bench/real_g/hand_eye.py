@@ -128,19 +128,19 @@ class HandEye:
             return np.full(np.shape(places), np.nan)
         return np.asarray(places @ self._map[1:] + self._map[0])
 
-    def fit(self, seen: Contingencies, random: np.random.Generator) -> bool:
+    def fit(self, contingencies: Contingencies, random: np.random.Generator) -> bool:
         """Learn anew from all that was seen; returns whether a map is known now.
 
         Args:
-            seen: things and what the hand did, in any order.
+            contingencies: things and what the hand did, in any order.
             random: for which of them are taken, where they are too many.
         """
-        n = len(seen)
+        n = len(contingencies)
         if n > MOST_SAMPLES:
-            seen = seen.part(random.choice(n, MOST_SAMPLES, replace=False))
-        if seen.moved.all() or seen.moved.sum() < FEWEST_MOVED:
+            contingencies = contingencies.part(random.choice(n, MOST_SAMPLES, replace=False))
+        if contingencies.moved.all() or contingencies.moved.sum() < FEWEST_MOVED:
             return self.is_known
-        problem = _Problem(seen, self._centre, self._half)
+        problem = _Problem(contingencies, self._centre, self._half)
         starts = []
         if self._map is None or n >= 2 * self._n_searched:
             self._n_searched = n
@@ -171,26 +171,26 @@ class _Problem:
     ends: share, log of spread, distance ahead.
     """
 
-    def __init__(self, seen: Contingencies, centre: Array, half: float) -> None:
-        self._mean = seen.before.mean(axis=0)
-        self._spread = max(float(seen.before.std(axis=0).max()), TINY)
+    def __init__(self, contingencies: Contingencies, centre: Array, half: float) -> None:
+        self._mean = contingencies.before.mean(axis=0)
+        self._spread = max(float(contingencies.before.std(axis=0).max()), TINY)
         self._centre, self._half = centre, half
-        places = (seen.before - self._mean) / self._spread
-        self._moved = seen.moved
+        places = (contingencies.before - self._mean) / self._spread
+        self._moved = contingencies.moved
         self._before = np.column_stack([np.ones(len(places)), places])
-        points = (seen.paths[:, :, :2] - centre) / half
+        points = (contingencies.paths[:, :, :2] - centre) / half
         self._x, self._y = points[:, :, 0].copy(), points[:, :, 1].copy()
         self._height = np.zeros(points.shape[:2])
-        if seen.paths.shape[2] == 3:
-            heights = seen.paths[:, :, 2]
+        if contingencies.paths.shape[2] == 3:
+            heights = contingencies.paths[:, :, 2]
             self._height = (heights - heights.min()) / max(float(np.ptp(heights)), TINY)
-        after = (seen.after[seen.moved] - self._mean) / self._spread
+        after = (contingencies.after[contingencies.moved] - self._mean) / self._spread
         self._after = np.column_stack([np.ones(len(after)), after])
-        self._elsewhere = (_cauchy(after - places[seen.moved]) + _normal(after)) / 2
-        self._end = points[seen.moved, -1]
-        way = self._end - points[seen.moved, 0]
+        self._elsewhere = (_cauchy(after - places[contingencies.moved]) + _normal(after)) / 2
+        self._end = points[contingencies.moved, -1]
+        way = self._end - points[contingencies.moved, 0]
         self._ahead = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), TINY)
-        n, k = len(seen), int(seen.moved.sum())
+        n, k = len(contingencies), int(contingencies.moved.sum())
         self.chance = -_xlogx(k, n) - _xlogx(n - k, n) - float(np.log(self._elsewhere).sum())
         self.price = PRICE * 13 / 2 * np.log(max(n, 2))
 

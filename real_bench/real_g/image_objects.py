@@ -160,8 +160,8 @@ class ImageObjects:
             begin -= 1
         rows = self._rows(self._places_at(slice(begin, None)))
         for thing in range(rows.shape[1]):
-            seen = ~np.isnan(rows[:, thing, 0])
-            last = np.maximum.accumulate(np.where(seen, np.arange(len(rows)), -1))
+            visible = ~np.isnan(rows[:, thing, 0])
+            last = np.maximum.accumulate(np.where(visible, np.arange(len(rows)), -1))
             rows[last >= 0, thing] = rows[last[last >= 0], thing]
         return rows[first - begin :]
 

@@ -48,10 +48,10 @@ class Looks:
         if not largest:
             return
         fewest = PART * float(np.median(largest))
-        seen = [[blob for blob in blobs if blob.size >= fewest] for blobs in images]
-        counts = np.bincount([len(blobs) for blobs in seen if blobs])
+        kept = [[blob for blob in blobs if blob.size >= fewest] for blobs in images]
+        counts = np.bincount([len(blobs) for blobs in kept if blobs])
         n = int(counts.argmax())
-        whole = [blobs for blobs in seen if len(blobs) == n]
+        whole = [blobs for blobs in kept if len(blobs) == n]
         colours = np.array([[blob.colours for blob in blobs] for blobs in whole])
         sizes = np.array([[blob.size for blob in blobs] for blobs in whole], np.float64)
         centres = self._colours if len(self) == n else colours[-1]

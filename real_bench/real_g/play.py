@@ -143,11 +143,11 @@ class Play:
             rows: of the objects now, (n_objects, 3 or 7); none or NaN where nothing is seen.
             random: draws.
         """
-        seen = np.flatnonzero(~np.isnan(rows).any(axis=1)) if len(rows) else np.empty(0, int)
-        if not len(seen):
+        visible = np.flatnonzero(~np.isnan(rows).any(axis=1)) if len(rows) else np.empty(0, int)
+        if not len(visible):
             return random.uniform(self.deed.low, self.deed.high)
         settings = self._settings
-        number = int(random.choice(seen))
+        number = int(random.choice(visible))
         row = rows[number]
         goal = self.goals.draw(random)
         if random.random() < settings.near:

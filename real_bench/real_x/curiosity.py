@@ -123,12 +123,12 @@ class Curiosity:
         codes = self._eyes.learn(images, self._settings.latent)
         triplets = Triplets(codes[before], codes[after])
         change, home = changed(triplets), np.array(self._home)
-        seen = home[before] & home[after]
-        if seen.any():
-            actions = np.array(self._actions[:n])[seen]
-            self._predictor.train(triplets.states[seen], actions, change[seen])
+        visible = home[before] & home[after]
+        if visible.any():
+            actions = np.array(self._actions[:n])[visible]
+            self._predictor.train(triplets.states[visible], actions, change[visible])
         self._learned_from = n
-        log.info("%d of them changed what is seen", np.count_nonzero(change & seen))
+        log.info("%d of them changed what is seen", np.count_nonzero(change & visible))
 
     def _first_promising(self, propose: Callable[[], Action]) -> Action:
         state = self._eyes.code(self._images[-1])

@@ -3,7 +3,7 @@
 from real_bench.recording.experience import Experience
 from real_bench.recording.header import Header, package_versions, run_versions
 from real_bench.recording.reader import MOVED_M, Recording
-from real_bench.recording.recorder import Recorder, ResumePoint
+from real_bench.recording.recorder import Recorder, ResumePoint, Snapshot
 from real_bench.recording.state import ControllerState
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "Recorder",
     "Recording",
     "ResumePoint",
+    "Snapshot",
     "package_versions",
     "run_versions",
 ]

@@ -71,8 +71,8 @@ class Recording:
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
                 self.total_steps = int(self._file.attrs["total_steps"])
                 self.ended = bool(self._file.attrs["ended"])
-                told = self._file.attrs.get("commands_sha256")
-                self.commands_sha256 = None if told is None else str(told)
+                stored = self._file.attrs.get("commands_sha256")
+                self.commands_sha256 = None if stored is None else str(stored)
                 cuts = self._file["cuts"][()]
                 self.cuts: list[int] = cuts["step"].tolist()
                 self.code_sha256 = (
@@ -229,10 +229,10 @@ class Recording:
     def parts(self) -> list[dict[str, str]]:
         """The versions that each part was played with, of which a cut begins another one."""
         with self._guard():
-            told = [json.loads(versions) for versions in self._file["cuts"]["versions"]]
-            if not all(isinstance(versions, dict) for versions in told):
+            stored = [json.loads(versions) for versions in self._file["cuts"]["versions"]]
+            if not all(isinstance(versions, dict) for versions in stored):
                 raise ValueError("the versions of a part are no names and values")
-        return [self.header.versions, *told]
+        return [self.header.versions, *stored]
 
     def controller_state(self) -> ControllerState:
         """What the controller handed over; empty where it did not."""

@@ -30,7 +30,6 @@ from real_bench.recording.schema import (
 from real_bench.recording.state import ControllerState, check_state
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.simulation.scene import Camera
-from real_bench.task import Task
 
 SECONDS_BETWEEN_WRITES = 3.0
 
@@ -49,6 +48,23 @@ class ResumePoint:
     joint_positions: NDArray[np.float64]
     controller_state: ControllerState
     number: int
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What is recorded of a moment.
+
+    Attributes:
+        joint_positions: (9,), rad.
+        touch_sensors: (4,), N.
+        object_poses: (n_objects, 7), positions in metres and quaternions.
+        retina: (height, width, 3) uint8; None where images are not recorded.
+    """
+
+    joint_positions: NDArray[np.float64]
+    touch_sensors: NDArray[np.float64]
+    object_poses: NDArray[np.float64]
+    retina: NDArray[np.uint8] | None
 
 
 class Recorder:
@@ -119,21 +135,21 @@ class Recorder:
             raise
         return recorder
 
-    def add_state(self, task: Task) -> NDArray[np.float64]:
-        """Record what is the case now; returns the objects' poses."""
-        simulation = task.simulation
-        poses = simulation.object_poses()
-        self._rows.states.append(
-            (simulation.joint_positions(), simulation.touch_sensors(), self.n_steps)
-        )
-        self._rows.object_poses.append(poses)
-        if self._header.images:
-            self._rows.images.append(simulation.image().retina)
-        self._n_states += 1
-        return poses
+    @property
+    def has_images(self) -> bool:
+        """Whether images are recorded."""
+        return self._header.images
 
-    def add_transition(self, action: Action, task: Task) -> NDArray[np.float64]:
-        """Record an action that was executed, and its outcome; returns the objects' poses."""
+    def add_state(self, now: Snapshot) -> None:
+        """Record what is the case now."""
+        self._rows.states.append((now.joint_positions, now.touch_sensors, self.n_steps))
+        self._rows.object_poses.append(now.object_poses)
+        if now.retina is not None:
+            self._rows.images.append(now.retina)
+        self._n_states += 1
+
+    def add_transition(self, action: Action, outcome: Snapshot) -> None:
+        """Record an action that was executed, and its outcome."""
         k, first_step = len(action.commands), self.n_steps
         self._rows.commands += zip(action.commands, action.n_steps, action.line, strict=True)
         self._rows.transitions.append(
@@ -142,7 +158,7 @@ class Recorder:
         self._n_commands += k
         self.n_transitions += 1
         self.n_steps += action.duration
-        return self.add_state(task)
+        self.add_state(outcome)
 
     def add_logged(self, entries: Iterable[Entry]) -> None:
         """Record what the controller has logged up to the last action."""

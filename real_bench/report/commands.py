@@ -57,10 +57,10 @@ def scoring_command(setting: Setting, run: str | None, goals: str | None, file: 
 
 
 def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) -> list[str]:
-    told = {"controller": controller, "condition": condition, "objects": objects}
+    named = {"controller": controller, "condition": condition, "objects": objects}
     return [
         part
-        for name, value in {**told, "scene": scene, "seed": seed}.items()
+        for name, value in {**named, "scene": scene, "seed": seed}.items()
         for part in (f"--{name}", str(value))
     ]
 

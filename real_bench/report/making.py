@@ -10,7 +10,7 @@ from real_bench.errors import GoalSetError, RealBenchError, ResultError
 from real_bench.experiments import read_spec
 from real_bench.experiments.running import Experiment
 from real_bench.experiments.table import cells, headings, notes
-from real_bench.figures import FIGURES, Asked, read_figure_data
+from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.report.page import Chart, Report, Table
 from real_bench.report.parts import Tested, read_played, read_tested
@@ -85,10 +85,10 @@ def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[C
     """The figures that can be drawn, and what is to be said of those that cannot."""
     remarks: list[str] = []
     try:
-        material = read_figure_data(recordings, results, Asked())
+        material = read_figure_data(recordings, results, FigureOptions())
     except ResultError as error:
         remarks.append(f"no figures of scores: {error}")
-        material = read_figure_data(recordings, [], Asked())
+        material = read_figure_data(recordings, [], FigureOptions())
     charts = [
         Chart(
             name=kind.name,
@@ -105,11 +105,11 @@ def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[C
 
 def _lacking(tests: Sequence[Tested]) -> list[str]:
     """What pictures there are not, and how to have them."""
-    told = []
+    remarks = []
     for test in tests:
         if test.trials[0].goal is None:
-            told.append(f"{test.file}: no pictures of its goals; name its goal set with --goals")
+            remarks.append(f"{test.file}: no pictures of its goals; name its goal set with --goals")
         if test.trials[0].end is None:
             scene = test.result.setting.scene
-            told.append(f"{test.file}: no pictures of its ends; scene {scene} is not as it was")
-    return told
+            remarks.append(f"{test.file}: no pictures of its ends; scene {scene} is not as it was")
+    return remarks

@@ -135,9 +135,9 @@ class RpcServer:
         finally:
             observation.expire()
 
-    def do_step(self, number: int, told: dict[str, Any]) -> list[Any]:
+    def do_step(self, number: int, message: dict[str, Any]) -> list[Any]:
         """The next step's command, and whether images are wanted."""
-        return list(self._proxies[number].step(self._unpacker.unpacked(told)))
+        return list(self._proxies[number].step(self._unpacker.unpacked(message)))
 
     def do_explain(self, number: int) -> list[Any] | None:
         """Why it chose its last action."""
@@ -168,8 +168,8 @@ class RpcServer:
         match argument:
             case {"path": path, "condition": condition, "n_steps": n_steps}:
                 return Experience(Path(path), Condition.parse(condition), n_steps)
-            case {"observed": told}:
-                return self._unpacker.unpacked(told)
+            case {"observed": message}:
+                return self._unpacker.unpacked(message)
             case _:
                 return argument
 

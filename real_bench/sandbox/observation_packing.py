@@ -36,17 +36,17 @@ class Unpacker:
             if key in CAMERA_KEYS
         }
 
-    def unpacked(self, told: Mapping[str, Any]) -> Observation:
+    def unpacked(self, message: Mapping[str, Any]) -> Observation:
         """The whole observation."""
-        for key in GOAL_KEYS & told.keys():
-            if told[key] is not None:
-                self._untold[key] = _copies(told[key])
-        if told["goal"] is not None:
-            self._has_goal = bool(told["goal"].any())
-        dark = frozenset(key for key in CAMERA_KEYS & told.keys() if told[key] is None)
+        for key in GOAL_KEYS & message.keys():
+            if message[key] is not None:
+                self._untold[key] = _copies(message[key])
+        if message["goal"] is not None:
+            self._has_goal = bool(message["goal"].any())
+        dark = frozenset(key for key in CAMERA_KEYS & message.keys() if message[key] is None)
         senses = {
             key: self._untold[key] if value is None else partial(_itself, value)
-            for key, value in told.items()
+            for key, value in message.items()
         }
         return Observation(senses, dark, has_goal=self._has_goal)
 

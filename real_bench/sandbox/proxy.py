@@ -58,7 +58,7 @@ class SandboxProxy:
 
     def next_action(self, observation: Observation) -> Action:
         """The next whole action, one that can be executed; what it looks at is sent as it asks."""
-        answer = self._ask("next_action", list(observation), seen=observation)
+        answer = self._ask("next_action", list(observation), observation=observation)
         try:
             return check_action(_action(answer), self._control)
         except ActionError as error:
@@ -66,9 +66,9 @@ class SandboxProxy:
 
     def step(self, observation: Observation) -> tuple[Command, bool]:
         """The next step's command, and whether images are wanted."""
-        told = packed(observation, self.client.world_told)
+        message = packed(observation, self.client.world_told)
         self.client.world_told = observation.world
-        match self._ask("step", told):
+        match self._ask("step", message):
             case [np.ndarray() as command, bool(render)]:
                 pass
             case _:

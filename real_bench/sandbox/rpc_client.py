@@ -52,7 +52,7 @@ class RpcClient:
         question: str,
         *arguments: Any,
         size: Size = ANSWER,
-        seen: Mapping[str, Any] | None = None,
+        observation: Mapping[str, Any] | None = None,
     ) -> Any:
         """The answer to a question; raises ControllerError, and then no more can be asked.
 
@@ -60,14 +60,14 @@ class RpcClient:
             question: the name of what the child is to do.
             *arguments: what it needs for that.
             size: the largest answer.
-            seen: what the child may ask back for.
+            observation: what the child may ask back for.
         """
         if self._end is not None:
             raise self._end
         began = time.monotonic()
         allowed = min(self.limits.call_s, self._time_left)
         try:
-            return self._answer(question, arguments, size, seen or {}, began + allowed)
+            return self._answer(question, arguments, size, observation or {}, began + allowed)
         except Late:
             raise self._ended(f"{_what(question, arguments)} {self._too_late(allowed)}") from None
         except MessageError as error:
@@ -109,7 +109,7 @@ class RpcClient:
         question: str,
         arguments: tuple[Any, ...],
         size: Size,
-        seen: Mapping[str, Any],
+        observation: Mapping[str, Any],
         deadline: float,
     ) -> Any:
         channel = self._process.channel
@@ -119,8 +119,8 @@ class RpcClient:
                 case ["answer", answer]:
                     check_plain(answer)
                     return answer
-                case ["sense", str(key)] if key in seen:
-                    channel.send(seen[key], deadline)
+                case ["sense", str(key)] if key in observation:
+                    channel.send(observation[key], deadline)
                 case ["fault", str(text)]:
                     raise ControllerError(" ".join(printable(text[:MAX_FAULT_LETTERS]).split()))
                 case _:

@@ -21,20 +21,20 @@ _SET_PARENT_DEATH_SIGNAL = 1
 
 def main() -> None:
     """Run by the parent with one argument, JSON: see ``support.py``."""
-    told = json.loads(sys.argv[1])
-    _die_with_parent(told["parent"])
-    _limit(told["memory_bytes"], told["file_bytes"])
-    if told["reach"] is not None:
-        _part("landlock")["restrict"](**told["reach"])
-    if told["seccomp"]:
+    orders = json.loads(sys.argv[1])
+    _die_with_parent(orders["parent"])
+    _limit(orders["memory_bytes"], orders["file_bytes"])
+    if orders["reach"] is not None:
+        _part("landlock")["restrict"](**orders["reach"])
+    if orders["seccomp"]:
         _part("seccomp")["restrict"]()
-    _work_in(told["workplace"])
     del sys.argv[1:]
-    sys.path += told["import_from"]
+    sys.path += orders["import_from"]
+    _work_in(orders["workplace"])
 
     from real_bench.sandbox.child import serve
 
-    serve(told["channel"])
+    serve(orders["channel"])
 
 
 def _part(name: str) -> dict[str, Any]:
@@ -42,12 +42,12 @@ def _part(name: str) -> dict[str, Any]:
 
 
 def _work_in(workplace: "dict[str, Any]") -> None:
+    from real_bench.sandbox import working_directory
+
     paths = {name: [Path(path) for path in workplace[name]] for name in ("own", "hidden")}
     folder = workplace["folder"]
     try:
-        _part("working_directory")["make"](
-            Path(workplace["place"]), folder and Path(folder), **paths
-        )
+        working_directory.make(Path(workplace["place"]), folder and Path(folder), **paths)
     except OSError as error:
         sys.exit(f"its folder cannot be copied into its working directory: {error}")
 

@@ -147,7 +147,7 @@ def python_command(
             "write": [*(path for path in DEVICES if Path(path).exists()), str(site.tmp)],
             "names": [str(path.parent) for path in visible.own],  # to import, Python looks there
         }
-    told = {
+    orders = {
         "channel": site.channel,
         "parent": None if support.bubblewrap else os.getpid(),
         "memory_bytes": limits.memory_bytes,
@@ -162,7 +162,7 @@ def python_command(
             "hidden": [str(path) for path in visible.hidden if visible.folder],
         },
     }
-    return [sys.executable, "-I", "-X", "faulthandler", str(START), json.dumps(told)]
+    return [sys.executable, "-I", "-X", "faulthandler", str(START), json.dumps(orders)]
 
 
 def bubblewrap_options(visible: VisibleFiles, site: Site) -> list[str]:
@@ -200,8 +200,8 @@ def _without(path: Path, hidden: list[Path]) -> Iterator[Path]:
 
 
 def _masked(visible: VisibleFiles) -> list[Path]:
-    seen = (*visible.shared, *visible.own)
-    return [path for path in visible.hidden if any(path.is_relative_to(root) for root in seen)]
+    roots = (*visible.shared, *visible.own)
+    return [path for path in visible.hidden if any(path.is_relative_to(root) for root in roots)]
 
 
 def _mask(path: Path) -> tuple[str, ...]:

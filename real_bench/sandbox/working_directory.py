@@ -1,7 +1,4 @@
-"""The working directory of an isolated controller: a copy of the folder that it lies in.
-
-Used in the child, by its very first script, too: nothing but the standard library.
-"""
+"""The working directory of an isolated controller: a copy of the folder that it lies in."""
 
 import hashlib
 import json
@@ -9,6 +6,8 @@ import os
 import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
+
+from real_bench.source import is_left_out
 
 BEGINNING = ".realbench-beginning"
 """The file that says what was there at the start: names and hashes."""
@@ -63,7 +62,7 @@ def is_plain_path(name: str) -> bool:
 
 
 def _copy(path: Path, to: Path, left_out: set[Path]) -> None:
-    if path in left_out or path.is_symlink() or path.name.startswith(".") or _is_cache(path):
+    if path in left_out or is_left_out(path):
         return
     if path.is_dir():
         to.mkdir(exist_ok=True)

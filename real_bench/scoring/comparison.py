@@ -140,8 +140,8 @@ def _check_alike(results: Sequence[Result]) -> None:
     for name in ALIKE:
         values = {getattr(result.setting, name) for result in results}
         if len(values) > 1:
-            told = ", ".join(sorted(str(value)[:12] for value in values))
-            raise ResultError(f"results differ in {name.replace('_', ' ')}: {told}")
+            shown = ", ".join(sorted(str(value)[:12] for value in values))
+            raise ResultError(f"results differ in {name.replace('_', ' ')}: {shown}")
     check_one_control(result.setting for result in results)
 
 

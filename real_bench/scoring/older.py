@@ -35,10 +35,10 @@ def in_present_form(content: Content) -> Content:
 
 def _setting(setting: dict[str, Any]) -> dict[str, Any]:
     """There ``n_goals`` was how many were asked for: the first of the set."""
-    asked = setting.get("n_goals")
-    if not isinstance(asked, int) or not 0 <= asked <= MOST_GOALS or "goal_numbers" in setting:
+    count = setting.get("n_goals")
+    if not isinstance(count, int) or not 0 <= count <= MOST_GOALS or "goal_numbers" in setting:
         raise ValueError(f"n_goals must be 0 to {MOST_GOALS:,}, and say which are asked for")
-    return {**setting, "n_goals": None, "goal_numbers": tuple(range(asked))}
+    return {**setting, "n_goals": None, "goal_numbers": tuple(range(count))}
 
 
 def _trial(trial: Any, *, keeps_commands: bool) -> dict[str, Any]:

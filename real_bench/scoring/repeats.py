@@ -100,11 +100,11 @@ class RepeatsSummary:
 
     def to_json(self) -> dict[str, Any]:
         """Every number; None where there is none."""
-        told = asdict(self)
+        facts = asdict(self)
         for name, summary in self.metrics.items():
             if np.isnan(summary.mean):
-                told["metrics"][name] = None
-        return told
+                facts["metrics"][name] = None
+        return facts
 
 
 def by_goal(results: Sequence[Result]) -> ByGoal:

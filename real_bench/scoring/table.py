@@ -32,7 +32,7 @@ def score_table(result: Result) -> Group:
     setting = result.setting
     objects = "1 object" if setting.objects == 1 else f"{setting.objects} objects"
     learned = f"after {setting.run_steps:,} steps of play" if setting.run_steps else "without play"
-    told = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
+    sentence = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
     short = setting.trial_steps != TRIAL_STEPS
     length = f", trials of {setting.trial_steps:,} steps instead of {TRIAL_STEPS:,}" * short
     table = _narrow_table()
@@ -43,7 +43,7 @@ def score_table(result: Result) -> Group:
             table.add_section()
         table.add_row(*cells)
     part = [] if result.is_complete else [f"a part: {result.share} of the set were tested"]
-    return Group(f"{told}, {learned}{length}", table, *part)
+    return Group(f"{sentence}, {learned}{length}", table, *part)
 
 
 def comparison_table(comparison: Comparison) -> Group:
@@ -75,11 +75,11 @@ def comparison_table(comparison: Comparison) -> Group:
         scores = (f"{goal.a:.3f}", f"{goal.b:.3f}", f"{goal.difference:+.3f}")
         table.add_row(goal.goals_sha256[:8], str(goal.goal), goal.challenge, *scores)
     repeats = "A {} and B {} repeats".format(*comparison.n_repeats)
-    told = (
+    sentence = (
         f"{repeats} on the same {len(comparison.goals)} goals. A better: probability on a goal, a "
         "tie counting half. Intervals tell of other goals such as these, not of other plays."
     )
-    return Group(table, sums, told)
+    return Group(table, sums, sentence)
 
 
 def _narrow_table() -> Table:

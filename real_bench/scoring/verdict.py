@@ -34,12 +34,12 @@ class Check:
     Attributes:
         name: what.
         passed: whether it does.
-        told: the numbers.
+        detail: the numbers.
     """
 
     name: str
     passed: bool
-    told: str
+    detail: str
 
 
 @dataclass(frozen=True)
@@ -111,13 +111,13 @@ def judge(
     ]
     if minimum is not None:
         mean = summary.score.mean
-        told = f"{mean:.4f}, at least {minimum} is asked"
-        checks.append(Check("minimum", mean >= minimum, told))
+        detail = f"{mean:.4f}, at least {minimum} is asked"
+        checks.append(Check("minimum", mean >= minimum, detail))
     comparison = None if baseline is None else compare(results, baseline)
     if comparison is not None:
         score, heading = comparison.score, interval_heading(OVER_GOALS)
-        told = f"{score.difference:+.4f}, {heading}: {score.interval or 'none'}"
-        checks.append(Check("not worse than the baseline", not comparison.is_worse, told))
+        detail = f"{score.difference:+.4f}, {heading}: {score.interval or 'none'}"
+        checks.append(Check("not worse than the baseline", not comparison.is_worse, detail))
     return Verdict(results[0].setting, summary, comparison, tuple(checks))
 
 
@@ -125,21 +125,21 @@ def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part
     settings = [result.setting for result in results]
     whole = [sizes.get(setting.goals_sha256, setting.set_size) for setting in settings]
     done = [len(result.trials) for result in results]
-    told = f"{sum(done)} of {sum(whole)} {'goals' if len(results) == 1 else 'trials'}"
+    detail = f"{sum(done)} of {sum(whole)} {'goals' if len(results) == 1 else 'trials'}"
     if done == whole:
-        return Check("complete", True, told)
+        return Check("complete", True, detail)
     if not all(result.is_finished for result in results):
-        asked = sum(len(setting.goal_numbers) for setting in settings)
-        return Check("complete", False, f"{told}, not finished: {asked} were asked for")
+        wanted = sum(len(setting.goal_numbers) for setting in settings)
+        return Check("complete", False, f"{detail}, not finished: {wanted} were asked for")
     if not allow_part:
-        return Check("complete", False, f"{told} (--allow-part accepts a part)")
-    return Check("complete", True, f"{told}, a part")
+        return Check("complete", False, f"{detail} (--allow-part accepts a part)")
+    return Check("complete", True, f"{detail}, a part")
 
 
 def _of_full_length(results: Sequence[Result]) -> Check:
     steps = results[0].setting.trial_steps  # all are alike
-    told = f"{steps:,} steps a trial"
-    return Check("length", steps == TRIAL_STEPS, told)
+    detail = f"{steps:,} steps a trial"
+    return Check("length", steps == TRIAL_STEPS, detail)
 
 
 def _of_these_goals(
@@ -147,12 +147,12 @@ def _of_these_goals(
 ) -> Check:
     """Whether they are of the goals asked for; where none are, say which were accepted."""
     found = sorted({result.setting.goals_sha256 for result in results})
-    told = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
+    detail = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
     if goals is not None:
         passed = found == [goals]
-        return Check("goals", passed, told if passed else f"{told}, not {goals[:12]}")
+        return Check("goals", passed, detail if passed else f"{detail}, not {goals[:12]}")
     shipped = "the shipped one" if set(found) <= set(known) else "not the shipped one"
-    return Check("goals", True, f"{told}, {shipped} (--goals names what it must be)")
+    return Check("goals", True, f"{detail}, {shipped} (--goals names what it must be)")
 
 
 def markdown(verdict: Verdict) -> str:
@@ -162,7 +162,7 @@ def markdown(verdict: Verdict) -> str:
     setting, summary = verdict.setting, verdict.summary
     objects = "1 object" if setting.objects == 1 else f"{setting.objects} objects"
     checks = [
-        (check.name, "passed" if check.passed else "**failed**", check.told)
+        (check.name, "passed" if check.passed else "**failed**", check.detail)
         for check in verdict.checks
     ]
     score = summary.score
@@ -196,9 +196,9 @@ def junit(verdict: Verdict) -> JUnitXml:
     return _cases(verdict.setting.controller, verdict.checks, properties)
 
 
-def failure(told: str) -> tuple[str, JUnitXml]:
+def failure(detail: str) -> tuple[str, JUnitXml]:
     """Markdown and test cases for a controller that could not be tested to the end."""
-    line = quoted(told, longest=2000)
+    line = quoted(detail, longest=2000)
     page = f"## Not tested to the end\n\n{_escaped(line)}\n"
     return page, _cases("controller", [Check("runs", False, line)], {})
 
@@ -211,9 +211,9 @@ def _cases(name: str, checks: Sequence[Check], properties: Mapping[str, str]) ->
         suite.add_property(key, value)
     for check in checks:
         case = TestCase(check.name, classname="realbench.score")
-        case.system_out = check.told
+        case.system_out = check.detail
         if not check.passed:
-            case.result = [Failure(check.told)]
+            case.result = [Failure(check.detail)]
         suite.add_testcase(case)
     report = JUnitXml("realbench")
     report.add_testsuite(suite)

@@ -143,10 +143,10 @@ class _Replay:
     def _run(self, n_steps: int, report: OnReplay, stop: StopRequest) -> None:
         fresh = set(fresh_states(self._recording).tolist())
         rows = self._recording.transitions
-        asked = int((rows["first_step"] < n_steps).sum())
-        in_all = int(rows["n_steps"][:asked].sum())
+        n_commanded = int((rows["first_step"] < n_steps).sum())
+        in_all = int(rows["n_steps"][:n_commanded].sum())
         for state in range(self._recording.n_states):
-            if state not in fresh and self.n_actions == asked:
+            if state not in fresh and self.n_actions == n_commanded:
                 return
             if stop.made:
                 raise Interrupted(f"stopped after {self.n_steps:,} of {in_all:,} steps")

@@ -56,24 +56,24 @@ class ResultChecks:
     def _check_names(self) -> None:
         scene, names = self._scene.name, self._goal_set.object_names
         if (self._setting.scene, self._setting.object_names) != (scene, names):
-            told = f"{self._setting.scene} with {', '.join(self._setting.object_names)}"
+            scene_named = f"{self._setting.scene} with {', '.join(self._setting.object_names)}"
             self.faults.append(
-                f"it names scene {quoted(told)}, these are {scene} with {', '.join(names)}"
+                f"it names scene {quoted(scene_named)}, these are {scene} with {', '.join(names)}"
             )
 
     def _check_goals(self) -> None:
         """Nobody chooses the goals of a part: the easy ones of a set would pass for it."""
-        asked, size = self._setting.goal_numbers, len(self._goal_set)
+        numbers, size = self._setting.goal_numbers, len(self._goal_set)
         if self._setting.n_goals is None:  # of an older version
-            chosen = tuple(range(len(asked)))
+            chosen = tuple(range(len(numbers)))
         else:
-            chosen = goals_in_proportion(self._goal_set.classes, len(asked))
-        if asked != chosen:
+            chosen = goals_in_proportion(self._goal_set.classes, len(numbers))
+        if numbers != chosen:
             self.faults.append(
-                f"its {len(asked)} goals are not those that a test of {len(asked)} goals takes"
+                f"its {len(numbers)} goals are not those that a test of {len(numbers)} goals takes"
             )
-        if len(asked) < size:
-            self.notes.append(f"only {len(asked)} of the {size} goals were asked for")
+        if len(numbers) < size:
+            self.notes.append(f"only {len(numbers)} of the {size} goals were asked for")
 
     def _check_lengths(self) -> None:
         if self._setting.trial_steps != TRIAL_STEPS:

@@ -60,8 +60,8 @@ class TrialReplayer:
             found = list(self._differences(trial, trial.commands, goal))
         except (ActionError, PhysicsError) as error:
             by_physics = self._other_physics and isinstance(error, PhysicsError)
-            told = f"its commands cannot be replayed: {error}"
-            found = [Difference(told, of_physics=by_physics)]
+            reason = f"its commands cannot be replayed: {error}"
+            found = [Difference(reason, of_physics=by_physics)]
         found += _contradictions(trial, trial.commands, goal)
         return TrialCheck(trial.goal, trial.challenge, tuple(found))
 

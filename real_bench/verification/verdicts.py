@@ -27,8 +27,8 @@ class TrialCheck:
     differences: tuple[Difference, ...]
 
     def __str__(self) -> str:
-        told = "; ".join(map(str, self.differences))
-        return f"goal {self.goal:3d}  {self.challenge:4}  {told or 'ok'}"
+        reasons = "; ".join(map(str, self.differences))
+        return f"goal {self.goal:3d}  {self.challenge:4}  {reasons or 'ok'}"
 
     def to_json(self) -> dict[str, Any]:
         """Its fields."""

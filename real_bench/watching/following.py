@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.watching.snapshot import Snapshot, read_snapshot
+from real_bench.watching.status import PlayStatus, read_status
 
 SPEED_OVER_S = 60.0
 """Speed is told of the last minute."""
@@ -16,22 +16,22 @@ SPEED_OVER_S = 60.0
 
 @dataclass(frozen=True)
 class Moment:
-    """A snapshot, and how fast it goes.
+    """How far a play is, and how fast it goes.
 
     Attributes:
-        snapshot: what is the case.
+        status: how far it is.
         speed: steps a second in the last minute; None where it was seen only once.
     """
 
-    snapshot: Snapshot
+    status: PlayStatus
     speed: float | None
 
     @property
     def seconds_left(self) -> float | None:
         """How long the play will go on at this speed; None where that is not known."""
-        if not self.speed or self.snapshot.what != "playing":
+        if not self.speed or self.status.what != "playing":
             return None
-        return (self.snapshot.total_steps - self.snapshot.n_steps) / self.speed
+        return (self.status.total_steps - self.status.n_steps) / self.speed
 
 
 def follow(path: Path, every_s: float) -> Iterator[Moment]:
@@ -47,21 +47,21 @@ def follow(path: Path, every_s: float) -> Iterator[Moment]:
     seen: deque[tuple[float, int]] = deque()
     last: object = None
     while True:
-        snapshot = read_snapshot(path)
-        told = (snapshot.n_steps, snapshot.what, len(snapshot.logged), snapshot.written_at)
+        status = read_status(path)
+        told = (status.n_steps, status.what, len(status.logged), status.written_at)
         if told != last:
             last = told
-            yield Moment(snapshot, _speed(seen, snapshot))
-        if snapshot.what in ("ended", "stopped"):
+            yield Moment(status, _speed(seen, status))
+        if status.what in ("ended", "stopped"):
             return
         time.sleep(every_s)
 
 
-def _speed(seen: deque[tuple[float, int]], snapshot: Snapshot) -> float | None:
+def _speed(seen: deque[tuple[float, int]], status: PlayStatus) -> float | None:
     """Steps a second between writings; an action that has just begun is in none."""
-    if not seen or snapshot.written_at > seen[-1][0]:
-        seen.append((snapshot.written_at, snapshot.n_steps))
-    while len(seen) > 2 and seen[1][0] < snapshot.written_at - SPEED_OVER_S:
+    if not seen or status.written_at > seen[-1][0]:
+        seen.append((status.written_at, status.n_steps))
+    while len(seen) > 2 and seen[1][0] < status.written_at - SPEED_OVER_S:
         seen.popleft()
     (began, before), (now, after) = seen[0], seen[-1]
     return (after - before) / (now - began) if now > began else None

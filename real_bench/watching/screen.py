@@ -12,7 +12,7 @@ from real_bench.naming import shown_name
 from real_bench.quoting import printable
 from real_bench.watching.curves import ASCII, BLOCKS, curve, in_bins
 from real_bench.watching.following import Moment
-from real_bench.watching.snapshot import LATEST_ACTIONS
+from real_bench.watching.status import LATEST_ACTIONS
 
 CURVE_LINES = 4
 MOST_CURVES = 6
@@ -23,10 +23,10 @@ ACTIONS_A_COLUMN = 10
 
 def line_of(moment: Moment) -> str:
     """A moment in one line, for a log."""
-    snapshot = moment.snapshot
-    share = 100 * snapshot.n_steps / max(snapshot.total_steps, 1)
-    steps = f"{snapshot.n_steps:,} of {snapshot.total_steps:,} steps ({share:.0f}%)"
-    return ", ".join([f"{snapshot.what}: {steps}", *_pace(moment), _moves(moment)])
+    status = moment.status
+    share = 100 * status.n_steps / max(status.total_steps, 1)
+    steps = f"{status.n_steps:,} of {status.total_steps:,} steps ({share:.0f}%)"
+    return ", ".join([f"{status.what}: {steps}", *_pace(moment), _moves(moment)])
 
 
 def screen_of(moment: Moment, width: int, *, ascii_only: bool = False) -> Group:
@@ -37,19 +37,19 @@ def screen_of(moment: Moment, width: int, *, ascii_only: bool = False) -> Group:
         width: in letters.
         ascii_only: whether the terminal has no blocks.
     """
-    snapshot, header = moment.snapshot, moment.snapshot.header
+    status, header = moment.status, moment.status.header
     title = (
-        f"{snapshot.path.name}: {shown_name(header.controller)}, {header.condition}, "
+        f"{status.path.name}: {shown_name(header.controller)}, {header.condition}, "
         f"{header.objects} object(s), scene {header.scene}, seed {header.seed}"
     )
     curves = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1))
     room = max(width - LABEL_WIDTH - 2, 20)
-    moved = snapshot.moved.astype(np.float64)
-    drawn = {"moved an object": (snapshot.ended_at, moved), **snapshot.numbers()}
+    moved = status.moved.astype(np.float64)
+    drawn = {"moved an object": (status.ended_at, moved), **status.numbers()}
     for name, (steps, values) in list(drawn.items())[:MOST_CURVES]:
         if len(values):
             most = -(-len(values) // ACTIONS_A_COLUMN) if values is moved else len(values)
-            bins = in_bins(steps, values, snapshot.n_steps, min(room, most))
+            bins = in_bins(steps, values, status.n_steps, min(room, most))
             low, high = (0.0, 1.0) if values is moved else _range(bins)
             lines = curve(bins, CURVE_LINES, low, high, ASCII if ascii_only else BLOCKS)
             curves.add_row(_label(name, values, low, high), Text("\n".join(lines)))
@@ -67,12 +67,12 @@ def _pace(moment: Moment) -> list[str]:
 
 
 def _moves(moment: Moment) -> str:
-    snapshot = moment.snapshot
-    if snapshot.share_moved is None or snapshot.share_moved_lately is None:
+    status = moment.status
+    if status.share_moved is None or status.share_moved_lately is None:
         return "no action yet"
-    told = f"{snapshot.share_moved:.0%} of {snapshot.n_actions:,} actions moved an object"
-    lately = f", {snapshot.share_moved_lately:.0%} of the last {LATEST_ACTIONS}"
-    return told + (lately if snapshot.n_actions > LATEST_ACTIONS else "")
+    told = f"{status.share_moved:.0%} of {status.n_actions:,} actions moved an object"
+    lately = f", {status.share_moved_lately:.0%} of the last {LATEST_ACTIONS}"
+    return told + (lately if status.n_actions > LATEST_ACTIONS else "")
 
 
 def _range(values: NDArray[np.float64]) -> tuple[float, float]:

@@ -40,19 +40,19 @@ class EventFiles:
 
     def add(self, moment: Moment) -> None:
         """Write what was not there before."""
-        snapshot = moment.snapshot
+        status = moment.status
         if moment.speed is not None:
-            self._scalar("play/steps a second", moment.speed, snapshot.n_steps)
-        while self._n_actions + ACTIONS_A_POINT <= snapshot.n_actions:
+            self._scalar("play/steps a second", moment.speed, status.n_steps)
+        while self._n_actions + ACTIONS_A_POINT <= status.n_actions:
             end = self._n_actions + ACTIONS_A_POINT
-            share = float(snapshot.moved[self._n_actions : end].mean())
-            step = int(snapshot.ended_at[end - 1])
+            share = float(status.moved[self._n_actions : end].mean())
+            step = int(status.ended_at[end - 1])
             self._scalar("play/share of actions that moved an object", share, step)
             self._n_actions = end
-        for row in snapshot.logged[self._n_logged :]:
+        for row in status.logged[self._n_logged :]:
             name = row["name"].decode(errors="replace")
             self._scalar(f"logged/{name}", float(row["value"]), int(row["step"]))
-        self._n_logged = max(self._n_logged, len(snapshot.logged))
+        self._n_logged = max(self._n_logged, len(status.logged))
         self._writer.flush()
 
     def __enter__(self) -> EventFiles:

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from real_bench.recording import Recording
-from real_bench.watching import follow, read_snapshot
+from real_bench.watching import follow, read_status
 from real_bench.watching.curves import ASCII, BLOCKS, curve, in_bins
 from tests.cli.shell import COMMAND, realbench
 from tests.phases.conftest import toy
@@ -57,10 +57,10 @@ def test_a_growing_recording_is_followed_to_its_end(tmp_path: Path) -> None:
 def test_a_play_that_is_killed_is_told_as_stopped(tmp_path: Path) -> None:
     play = start(command(*PLAY, "--steps", 15_000_000, eager=True), tmp_path)
     wait_for(play, lambda: recorded_steps(tmp_path / "run.h5") > 0)
-    assert read_snapshot(tmp_path / "run.h5").what == "playing"
+    assert read_status(tmp_path / "run.h5").what == "playing"
     play.kill()
     play.communicate()
-    assert read_snapshot(tmp_path / "run.h5").what == "stopped"
+    assert read_status(tmp_path / "run.h5").what == "stopped"
     done = realbench(tmp_path, "watch", "run.h5")
     assert done.stdout.startswith("stopped: ")
     assert done.stdout.count("\n") == 1
@@ -145,10 +145,10 @@ def test_looking_does_not_keep_a_player_out(played: Path) -> None:
     path = played / "run.h5"
     lock = played / ".run.h5.lock"
     lock.touch()  # as a process that was killed leaves it
-    assert not read_snapshot(path).is_played
+    assert not read_status(path).is_played
     lock.unlink()
     moments = list(follow(path, 0.0))
-    assert [moment.snapshot.what for moment in moments] == ["ended"]
+    assert [moment.status.what for moment in moments] == ["ended"]
     assert moments[0].speed is None
 
 

@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.conditions import Condition
-from real_bench.figures import Asked, FigureData, Play, Tested, play_labels, read_play, read_tested
+from real_bench.figures import (
+    FigureData,
+    FigureOptions,
+    Play,
+    Tested,
+    play_labels,
+    read_play,
+    read_tested,
+)
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.scoring.result import Result
 from real_bench.simulation import load_scene
@@ -18,7 +26,7 @@ PUSHER = str(Path(__file__).parent / "pusher.py")
 REST = str(Path(__file__).parents[1] / "real_x" / "rests.py")
 
 FEW_STEPS = {"vae": {"steps": 5}}
-ASKED = Asked(FEW_STEPS)
+OPTIONS = FigureOptions(FEW_STEPS)
 
 
 def record(
@@ -40,9 +48,9 @@ def record(
     return out
 
 
-def read(*paths: Path, asked: Asked = ASKED) -> tuple[Play, ...]:
+def read(*paths: Path, options: FigureOptions = OPTIONS) -> tuple[Play, ...]:
     labels = play_labels(paths)
-    return tuple(read_play(path, label, asked) for path, label in zip(paths, labels, strict=True))
+    return tuple(read_play(path, label, options) for path, label in zip(paths, labels, strict=True))
 
 
 def only(material: FigureData, *names: str) -> FigureData:

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from real_bench.conditions import Condition
-from real_bench.figures import Asked, Play
+from real_bench.figures import FigureOptions, Play
 from real_bench.real_x.foreground import ForegroundSettings
 from real_bench.real_x.latents import Latents, VAESettings
 from real_bench.recording import Experience, Recording
 from tests.figures.bench import FEW_STEPS, read
 
 
-def seen(path: Path, **asked: object) -> Play:
-    (play,) = read(path, asked=Asked(**asked))  # type: ignore[arg-type]
+def seen(path: Path, **options: object) -> Play:
+    (play,) = read(path, options=FigureOptions(**options))  # type: ignore[arg-type]
     assert play.sight is not None
     return play
 
@@ -41,7 +41,7 @@ def test_recorded_weights_are_used_whatever_the_seed(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "options",
     [
         {"settings": {"vae": {"steps": 6}}},
         {"run_steps": 3000},
@@ -49,10 +49,10 @@ def test_recorded_weights_are_used_whatever_the_seed(folder: Path) -> None:
     ],
 )
 def test_other_settings_or_fewer_steps_are_learned_anew(
-    folder: Path, asked: dict[str, object]
+    folder: Path, options: dict[str, object]
 ) -> None:
-    one, again = seen(folder / "learned.h5", **asked), seen(folder / "learned.h5", **asked)
-    other = seen(folder / "learned.h5", seed=5, **asked)
+    one, again = seen(folder / "learned.h5", **options), seen(folder / "learned.h5", **options)
+    other = seen(folder / "learned.h5", seed=5, **options)
     assert one.sight is not None
     assert not one.sight.is_recorded
     assert codes(one) == codes(again) != codes(other)

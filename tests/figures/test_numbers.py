@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from real_bench import analysis
 from real_bench.errors import RealBenchError
-from real_bench.figures import FIGURES, Asked, FigureData, Numbers, Play, facts, logged
+from real_bench.figures import FIGURES, FigureData, FigureOptions, Numbers, Play, facts, logged
 from real_bench.scoring.statistics import goals_interval
 from tests.figures.bench import FEW_STEPS, Test, made_up, only, read, reread
 
@@ -130,7 +130,7 @@ def test_coverage_counts_every_state(material: FigureData) -> None:
 
 
 def test_single_numbers(material: FigureData) -> None:
-    told = facts(material, Asked(seed=0))
+    told = facts(material, FigureOptions(seed=0))
     pushed, learned, one, still, two = told["recordings"]
     real = play(material, "pushed")
     assert real.sight is not None
@@ -176,6 +176,6 @@ def test_what_was_logged_is_drawn_by_name(folder: Path, material: FigureData) ->
     assert columns["value"][1::2] == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.1])
     (line,) = panels[0].lines
     assert line.get_ydata().tolist() == [-1, 1, -1, 1, -1]
-    early = read(folder / "pushed.h5", asked=Asked(FEW_STEPS, run_steps=2000))
+    early = read(folder / "pushed.h5", options=FigureOptions(FEW_STEPS, run_steps=2000))
     assert len(early[0].logged) == 4
     assert logged.draw(only(material, "two")) is None

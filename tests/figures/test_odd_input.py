@@ -11,14 +11,14 @@ import pytest
 from real_bench.errors import RealBenchError
 from real_bench.figures import (
     FIGURES,
-    Asked,
     FigureData,
+    FigureOptions,
     check_same_goals,
     play_labels,
     read_play,
     read_tested,
 )
-from tests.figures.bench import ASKED, FEW_STEPS, Test, made_up, only, read, reread
+from tests.figures.bench import FEW_STEPS, OPTIONS, Test, made_up, only, read, reread
 
 ALL = {kind.name for kind in FIGURES}
 LATENT = {"effective-actions-latent", "latent-distances", "latent-distances-near"}
@@ -53,12 +53,12 @@ def test_pairs_that_are_all_alike_have_no_correlation(material: FigureData) -> N
 
 
 def test_without_a_whole_action_nothing_is_drawn(folder: Path) -> None:
-    plays = read(folder / "pushed.h5", asked=Asked(FEW_STEPS, run_steps=999))
+    plays = read(folder / "pushed.h5", options=FigureOptions(FEW_STEPS, run_steps=999))
     assert drawn(FigureData(plays)) == set()
 
 
 def test_only_the_first_steps_count(folder: Path, material: FigureData) -> None:
-    (short,) = read(folder / "two.h5", asked=Asked(run_steps=2000))
+    (short,) = read(folder / "two.h5", options=FigureOptions(run_steps=2000))
     (whole,) = only(material, "two").plays
     assert short.ended_at.tolist() == whole.ended_at[: len(short.ended_at)].tolist()
     assert len(short.ended_at) == len(short.displacements) < len(whole.ended_at)
@@ -70,21 +70,21 @@ def test_a_scene_that_is_gone_takes_only_coverage_with_it(material: FigureData) 
 
 
 @pytest.mark.parametrize(
-    ("asked", "message"),
+    ("options", "message"),
     [
         ({"settings": {"vae": {"wait": 1}}}, r"bad settings: vae.wait.*vae.weight=1000"),
         ({"seed": -1}, "--seed must be 0 to 2\\*\\*63 - 1, not -1"),
         ({"run_steps": 0}, "--run-steps must be at least 1, not 0"),
     ],
 )
-def test_what_cannot_be_asked(asked: dict[str, object], message: str) -> None:
+def test_what_cannot_be_asked(options: dict[str, object], message: str) -> None:
     with pytest.raises(RealBenchError, match=message):
-        Asked(**asked)  # type: ignore[arg-type]
+        FigureOptions(**options)  # type: ignore[arg-type]
 
 
 def test_more_steps_than_there_are(folder: Path) -> None:
     with pytest.raises(RealBenchError, match=r"one.h5 has 1,000 steps, 1,001 were asked for"):
-        read_play(folder / "one.h5", "one", Asked(run_steps=1001))
+        read_play(folder / "one.h5", "one", FigureOptions(run_steps=1001))
 
 
 def test_results_of_other_goals_are_refused(tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_tests_are_told_apart_by_what_differs(tmp_path: Path) -> None:
 
 
 def test_who_played_is_told_where_it_is_known(folder: Path, tmp_path: Path) -> None:
-    plays = read(folder / "one.h5", folder / "two.h5", asked=ASKED)
+    plays = read(folder / "one.h5", folder / "two.h5", options=OPTIONS)
     runs = [play.sha256 for play in plays]
     results = reread(tmp_path, *(made_up(Test(run=run), [0.1]) for run in runs))
     told = [one.controller for one in FigureData(plays, results).series]

@@ -30,7 +30,7 @@ def test_worse_than_the_baseline_fails_and_better_passes() -> None:
 def test_an_unfinished_result_fails() -> None:
     verdict = judge([made([0.1, 0.1], n_goals=3)])
     assert not verdict.passed
-    assert verdict.checks[0].told == "2 of 3 goals, not finished: 3 were asked for"
+    assert verdict.checks[0].detail == "2 of 3 goals, not finished: 3 were asked for"
     assert not judge([made([0.1, 0.1], n_goals=3)], allow_part=True).passed
 
 
@@ -42,10 +42,10 @@ def test_a_part_of_the_goals_is_enough_where_that_is_said() -> None:
     assert judge([part]).passed  # nobody knows that there are more
     verdict = judge([part], **known)
     assert [check.name for check in verdict.checks if not check.passed] == ["complete"]
-    assert verdict.checks[0].told == "1 of 3 goals (--allow-part accepts a part)"
+    assert verdict.checks[0].detail == "1 of 3 goals (--allow-part accepts a part)"
     assert judge([part], allow_part=True, **known).passed
-    assert judge([part], allow_part=True, **known).checks[0].told == "1 of 3 goals, a part"
-    assert judge([whole], allow_part=True, **known).checks[0].told == "3 of 3 goals"
+    assert judge([part], allow_part=True, **known).checks[0].detail == "1 of 3 goals, a part"
+    assert judge([whole], allow_part=True, **known).checks[0].detail == "3 of 3 goals"
     named = made([0.1], n_goals=3, goal_numbers=(1,))  # it says itself that there are more
     assert not judge([named]).passed
     assert judge([named], allow_part=True).passed
@@ -65,7 +65,7 @@ def test_the_goals_that_are_accepted_are_named() -> None:
     for known, told in (({"3" * 64: 20}, "the shipped one"), ({}, "not the shipped one")):
         (check,) = [each for each in judge([NEAR], sizes=known).checks if each.name == "goals"]
         assert check.passed
-        assert check.told.startswith(f"goal set {'3' * 12}, {told}")
+        assert check.detail.startswith(f"goal set {'3' * 12}, {told}")
 
 
 def test_results_of_different_tests_are_refused() -> None:

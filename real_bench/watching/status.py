@@ -17,7 +17,7 @@ LATEST_ACTIONS = 500
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class PlayStatus:
     """How far a play has come, by what it has written.
 
     Attributes:
@@ -94,12 +94,12 @@ class Snapshot:
         }
 
 
-def read_snapshot(path: Path) -> Snapshot:
+def read_status(path: Path) -> PlayStatus:
     """Read what a recording says now; raises RecordingError where it is none."""
     is_played = is_being_written(path)  # before it is read, so that an end is not missed
     with Recording(path) as recording:
         rows = recording.transitions
-        return Snapshot(
+        return PlayStatus(
             path=path,
             header=recording.header,
             n_steps=recording.n_steps,
