@@ -24,7 +24,7 @@ from real_bench.errors import RecordingError
 from real_bench.extras import extra
 from real_bench.files import OutputError, check_folder
 from real_bench.recording import Recording
-from real_bench.recording.arrays import shrunk, table_of
+from real_bench.recording.arrays import shrunk
 from real_bench.replay import fresh_states
 from real_bench.simulation.scene import load_scene
 from real_bench.spaces import action_space, observation_space
@@ -83,7 +83,7 @@ class _Episodes:
         self._has_images = images and recording.n_images is not None
         if image_size is not None and not self._has_images:
             raise RecordingError(f"{recording.path}: there are no images to shrink")
-        self._table, self._states = table_of(recording), recording.states
+        self._table, self._states = recording.to_numpy(), recording.states
         self._poses = recording.object_poses if self._condition.sees_objects else None
         scene = load_scene(header.scene_source)
         told = flat_observation_space(

@@ -8,6 +8,7 @@ import numpy as np
 
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
+from real_bench.quoting import printable
 
 if TYPE_CHECKING:
     from real_bench.figures.data import FigureData
@@ -22,7 +23,7 @@ def draw(material: FigureData) -> Drawing | None:
     plays = [play for play in material.plays if len(play.logged)]
     if not plays:
         return None
-    names = list(dict.fromkeys(_name(raw) for play in plays for raw in play.logged["name"]))
+    names = list(dict.fromkeys(raw for play in plays for raw in play.logged["name"]))
     with style.in_style():
         figure, panels = style.panels(min(len(names), MOST_PANELS), HEIGHT_CM)
         lines = []
@@ -30,7 +31,7 @@ def draw(material: FigureData) -> Drawing | None:
             sign = style.sign(number)
             handle = None
             for name, panel in zip(names, panels, strict=False):
-                rows = play.logged[play.logged["name"] == name.encode()]
+                rows = play.logged[play.logged["name"] == name]
                 steps = rows["step"] / style.MILLION
                 mark = sign.marker if len(rows) < 2 else ""
                 (handle,) = panel.plot(
@@ -38,7 +39,7 @@ def draw(material: FigureData) -> Drawing | None:
                 )
             lines += [handle] if handle else []
         for name, panel in zip(names, panels, strict=False):
-            panel.set_title(name)
+            panel.set_title(_name(name))
             panel.set_xlabel("step of the intrinsic phase (millions)")
             panel.set_xlim(left=0)
         style.legend_below(figure, lines)
@@ -58,4 +59,4 @@ def _rows(play: Play) -> dict[str, Column]:
 
 
 def _name(raw: bytes) -> str:
-    return raw.decode(errors="replace")
+    return printable(raw.decode(errors="replace"))  # of a stranger's file, perhaps

@@ -151,7 +151,8 @@ class Recording:
         Raises:
             RecordingError: images are asked for, and there are none.
         """
-        table = table_of(self)
+        with self._guard():
+            table = table_of(self)
         if images or image_size is not None:
             folder = None if cache is None else Path(cache)
             taken = images_of(self, image_size, folder)
@@ -348,6 +349,7 @@ class Recording:
             self._n_poses in (None, self.n_states)
             and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
+            and (rows["n_commands"] >= 0).all()
             and int(rows["n_commands"].sum()) == self.n_commands
             and all(
                 ((rows[name] >= 0) & (rows[name] < self.n_states)).all()

@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch.utils.data import Dataset
 
-from real_bench.recording.arrays import MOMENTS, Size, images_of, table_of
+from real_bench.recording.arrays import MOMENTS, Size, images_of
 
 if TYPE_CHECKING:
     from real_bench.recording.reader import Recording
@@ -40,7 +40,7 @@ class TripletDataset(Dataset[Sample]):
     ) -> None:
         rows = recording.transitions
         self._table = {
-            name: torch.from_numpy(_single(values)) for name, values in table_of(recording).items()
+            name: torch.from_numpy(_single(values)) for name, values in recording.to_numpy().items()
         }
         self._states = {moment: rows[column].copy() for moment, column in MOMENTS.items()}
         self._path = recording.path.resolve()
