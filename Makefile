@@ -48,6 +48,7 @@ bench: .venv/ready
 	$(BIN)/python evaluation/bench.py $(if $(OFFICIAL),--official $(OFFICIAL))
 	$(BIN)/python evaluation/bench_isolation.py
 	$(BIN)/python evaluation/bench_planner.py $(if $(RUN),--run $(RUN))
+	$(BIN)/python evaluation/bench_reading.py
 
 # Kill plays, tests and tables a hundred times and count what is lost: some fifteen minutes.
 faults: .venv/ready

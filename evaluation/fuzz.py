@@ -33,6 +33,7 @@ from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import load_result
 from real_bench.settings import read_settings
 from real_bench.simulation.scene import manifest_path, read_manifest
+from real_bench.watching import read_status
 
 REALBENCH = str(Path(sys.executable).with_name("realbench"))
 MEMORY, SECONDS, FILES_A_PROCESS = 4 << 30, 20, 200
@@ -51,6 +52,10 @@ def read_recording(path: Path) -> None:
         recording.controller_state()
         recording.images(0, 2)
         recording.commands()
+        recording.to_numpy()
+        if len(recording):
+            recording[-1]
+        read_status(path).to_json()
     experience = Experience(path, Condition.parse("OM"))
     if len(experience):
         experience.action(0)

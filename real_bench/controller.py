@@ -36,6 +36,8 @@ With ``learns_across_trials`` there is no copy: one controller meets all goals i
 ``end_extrinsic_phase`` comes once, after the last. That is the default of the official class API,
 where it was so; a class may say otherwise.
 
+At play a controller may note numbers of its own by ``self.log("loss", x)``; they are recorded.
+
 A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is made
 with a third argument, a record of that class, whose values a user sets by ``--set name=value``.
 
@@ -45,11 +47,12 @@ A controller sees observations and spaces, never the simulation, the goal file o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, SupportsFloat
 
 from real_bench import settings
 from real_bench.actions import Action
 from real_bench.explanation import Explanation
+from real_bench.logbook import add_entry
 from real_bench.recording import ControllerState, Experience
 
 __all__ = ["Action", "BasePolicy", "Controller", "ControllerState", "Experience", "Explanation"]
@@ -151,3 +154,20 @@ class Controller(BasePolicy):
     def explain(self) -> Explanation | None:
         """Why it chose the last action, for ``realbench extrinsic --explain``; None: no comment."""
         return None
+
+    def log(self, name: str, value: SupportsFloat) -> None:
+        """Note a number of one's own, such as a loss; at play it is kept in the recording.
+
+        It is recorded with the number of the step and of the action that had ended when it was
+        noted; what is noted within one action, and by ``use_experience`` at the end of the phase,
+        counts when that is over. ``realbench watch`` and ``realbench figures`` draw it. In trials
+        it goes nowhere.
+
+        Args:
+            name: 1 to 64 printable bytes (UTF-8).
+            value: any real number, also infinite or NaN.
+
+        Raises:
+            TypeError, ValueError: it is not such a name or number.
+        """
+        add_entry(self, name, value)

@@ -12,11 +12,12 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
-from real_bench.actions import wants_render
+from real_bench.actions import Action, check_action, wants_render
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, SceneError
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.observation import Observation
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
 from real_bench.task import Task
@@ -94,6 +95,21 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         truncated = self._task.n_steps >= self._max_steps
         return observation, 0.0, False, truncated, self._info(truncated)
 
+    def execute(self, action: Action) -> tuple[Observation, bool, dict[str, Any]]:
+        """A whole action, or as much of it as there are steps left, in the fast loop.
+
+        Returns:
+            What is seen then (images are taken where they are read), whether that was the last
+            step, and the info of :meth:`step`.
+
+        Raises:
+            ActionError: it does not fit the condition.
+        """
+        left = max(self._max_steps - self._task.n_steps, 1)
+        self._task.execute(check_action(action, self._task.control).first(left))
+        truncated = self._task.n_steps >= self._max_steps
+        return self._task.observe(), truncated, self._info(truncated)
+
     def render(self) -> NDArray[np.uint8] | None:
         """The camera's image (240, 320, 3) in mode ``rgb_array``; the window shows itself."""
         return self._task.simulation.image().retina if self.render_mode == "rgb_array" else None
@@ -112,12 +128,7 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
 
     @spec.setter
     def spec(self, spec: EnvSpec | None) -> None:
-        if spec is not None:
-            spec.kwargs = {
-                name: str(value) if isinstance(value, Path) else value
-                for name, value in spec.kwargs.items()
-            }
-        self._spec = spec
+        self._spec = plain_spec(spec)
 
     def _choose_goal(self, options: Mapping[str, Any]) -> Goal | None:
         if self._goal_set is None:
@@ -135,3 +146,13 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
             return {}
         positions = self._task.simulation.object_poses()[:, :3]
         return {"score": goal_score(positions, self._task.goal.final_poses[:, :3])}
+
+
+def plain_spec(spec: EnvSpec | None) -> EnvSpec | None:
+    """An environment's spec with paths as text, as JSON has none."""
+    if spec is not None:
+        spec.kwargs = {
+            name: str(value) if isinstance(value, Path) else value
+            for name, value in spec.kwargs.items()
+        }
+    return spec

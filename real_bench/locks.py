@@ -53,6 +53,22 @@ def write_lock(path: Path) -> Iterator[None]:
         os.close(handle)
 
 
+def is_being_written(path: Path) -> bool:
+    """Whether a process holds the lock on a file; never where the file system has no locks."""
+    real = real_path(path)
+    try:
+        handle = os.open(real.with_name(f".{real.name}.lock"), os.O_RDONLY | os.O_NOFOLLOW)
+    except OSError:  # whoever stops in order removes it
+        return False
+    try:
+        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno in HELD
+    finally:
+        os.close(handle)
+    return False
+
+
 def _locked(lock: Path) -> int:
     """A handle that holds the lock; raises BlockingIOError where another one does."""
     while True:

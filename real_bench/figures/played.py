@@ -60,6 +60,7 @@ class Play:
         ended_at: after how many steps each action ended, (n,).
         displacements: how far each action moved each object, (n, n_objects) metres.
         positions: of the objects in every state, (m, n_objects, 3) metres.
+        logged: what its controller logged (see ``Recording.logged``).
         places: x, y of the objects before and after the k actions: what REAL-D plans with.
         sight: what REAL-LD makes of the images; None without images, or with too few.
         levels: of abstraction.
@@ -73,6 +74,7 @@ class Play:
     ended_at: NDArray[np.int64]
     displacements: NDArray[np.float64]
     positions: NDArray[np.float64]
+    logged: NDArray[Any]
     places: Triplets
     sight: LatentCodes | None
     levels: int
@@ -114,15 +116,18 @@ def read_play(path: Path, label: str, options: FigureOptions) -> Play:
         experience = Experience(path, condition, options.run_steps)
         rows, kept = recording.transitions[: len(experience)], plannable(experience)
         positions = recording.object_poses[: experience.n_states, :, :3]
+        ended_at = rows["first_step"] + rows["n_steps"]
+        logged = recording.logged
         before, after = experience.preconditions[kept], experience.outcomes[kept]
         return Play(
             label=label,
             file=path.name,
             sha256=file_sha256(path),
             header=header,
-            ended_at=rows["first_step"] + rows["n_steps"],
+            ended_at=ended_at,
             displacements=recording.displacements()[: len(experience)],
             positions=positions,
+            logged=logged[logged["step"] <= (ended_at[-1] if len(ended_at) else 0)],
             places=planar(positions, before, after),
             sight=see(recording, experience, kept, positions, options.settings, options.seed),
             levels=sight_settings(options.settings).abstraction.levels,

@@ -11,6 +11,7 @@ from real_bench.figures import (
     displacements,
     effective_actions,
     latent_distances,
+    logged,
     score_by_goal,
     score_by_length,
 )
@@ -90,5 +91,11 @@ FIGURES = (
         "Where objects have been between actions, on the table and on the shelf",
         "a recording whose scene's manifest is at hand",
         coverage.draw,
+    ),
+    FigureKind(
+        "logged",
+        "Numbers that the controller logged along the intrinsic phase",
+        "a recording whose controller logs numbers of its own (self.log)",
+        logged.draw,
     ),
 )

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
     from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet
     from real_bench.goal_sets.official import import_official
-    from real_bench.goal_sets.picture import contact_sheet, trial_strip
+    from real_bench.goal_sets.picture import captioned, contact_sheet, trial_strip
     from real_bench.goal_sets.selection import goals_in_proportion
     from real_bench.goal_sets.shipped import shipped_goal_set, shipped_sizes
 
@@ -18,6 +18,7 @@ __all__ = [
     "OFFICIAL_COUNTS",
     "Goal",
     "GoalSet",
+    "captioned",
     "contact_sheet",
     "generate_goal_set",
     "goals_in_proportion",
@@ -36,6 +37,7 @@ __getattr__ = lazy_names(
         "OFFICIAL_COUNTS": "real_bench.goal_sets.generator",
         "Goal": "real_bench.goal_sets.goal",
         "GoalSet": "real_bench.goal_sets.goal",
+        "captioned": "real_bench.goal_sets.picture",
         "contact_sheet": "real_bench.goal_sets.picture",
         "generate_goal_set": "real_bench.goal_sets.generator",
         "goals_in_proportion": "real_bench.goal_sets.selection",

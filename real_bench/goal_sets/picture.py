@@ -45,6 +45,11 @@ def trial_strip(start: _Retina, goal: _Retina, end: _Retina, title: str) -> Imag
     return _titled(title, _captioned(pictures, ["start", "goal", "end"]))
 
 
+def captioned(images: Sequence[_Retina], captions: Sequence[str]) -> _Retina:
+    """Camera images of one size in a row, each under its caption, (24 + height, ..., 3) uint8."""
+    return np.asarray(_captioned([Image.fromarray(image) for image in images], captions))
+
+
 def box_of_bodies(masks: Sequence[NDArray[np.int32]]) -> Box:
     """Left, upper, right, lower of the part of the images that shows more than background."""
     any_body = np.any([mask != NO_BODY for mask in masks], axis=0)

@@ -1,10 +1,10 @@
-"""Films of trials, in a format that every browser plays."""
+"""Films, in a format that every browser plays: of trials, while they are made."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, contextmanager
 from fractions import Fraction
 from pathlib import Path
 from typing import Final
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
 from real_bench.files import write_whole
-from real_bench.goal_sets import Goal
+from real_bench.goal_sets import Goal, captioned
+from real_bench.scoring.metric import goal_score
 from real_bench.task import Task
 
 CODEC: Final = "libx264"
@@ -23,36 +24,36 @@ FRAMES_A_SECOND = 16  # four times as fast as the simulated robot
 
 
 class Film:
-    """An H.264 film: what the camera sees, and the goal beside it.
+    """An H.264 film.
 
     Args:
         path: the .mp4 file; there once it is finished.
-        goal_image: (height, width, 3) uint8.
 
     Raises:
         RealBenchError: it cannot be written.
     """
 
-    def __init__(self, path: Path, goal_image: NDArray[np.uint8]) -> None:
+    def __init__(self, path: Path) -> None:
         import av
 
-        self._av, self._path, self._goal = av, path, goal_image
-        height, width, _ = goal_image.shape
+        self._av, self._path = av, path
         # In memory, where a write cannot fail: FFmpeg may crash where one does. A few megabytes.
         self._film = io.BytesIO()
         with self._guard(), ExitStack() as held:
             self._container = av.open(self._film, "w", format="mp4")
             held.callback(self._container.close)
             self._stream = self._container.add_stream(CODEC, rate=Fraction(FRAMES_A_SECOND))
-            self._stream.width, self._stream.height = 2 * width, height
             self._stream.pix_fmt = "yuv420p"
             self._stream.options = {"crf": "28", "preset": "veryfast"}
             self._held = held.pop_all()
 
-    def add(self, image: NDArray[np.uint8]) -> None:
-        """One more frame."""
-        both = np.ascontiguousarray(np.hstack([image, self._goal]))
-        frame = self._av.VideoFrame.from_ndarray(both, format="rgb24")
+    def add(self, picture: NDArray[np.uint8]) -> None:
+        """One more frame, (height, width, 3) uint8; all of one size."""
+        height, width = (size - size % 2 for size in picture.shape[:2])  # H.264 has even numbers
+        if not self._stream.codec_context.is_open:
+            self._stream.width, self._stream.height = width, height
+        even = np.ascontiguousarray(picture[:height, :width])
+        frame = self._av.VideoFrame.from_ndarray(even, format="rgb24")
         with self._guard():
             self._container.mux(self._stream.encode(frame))
 
@@ -85,20 +86,34 @@ def check_films() -> None:
 
 
 @contextmanager
-def filmed(task: Task, goal: Goal, folder: Path | None, name: str) -> Iterator[None]:
-    """Film what happens in a task, where a folder is given. Filming changes nothing in it."""
+def filmed(task: Task, goal: Goal, folder: Path | None, number: int) -> Iterator[None]:
+    """Film a trial, where a folder is given. Filming changes nothing in it.
+
+    Beside what the camera sees is the goal; above them the condition, the step, the goal's number
+    and class, and the score as it would be now.
+    """
     if folder is None:
         yield
         return
-    film = Film(folder / f"{name}.mp4", goal.retina)
+    film = Film(folder / f"trial-{number:02d}.mp4")
+    wanted = goal.final_poses[:, :3]
 
     def shoot() -> None:
-        film.add(task.simulation.image().retina)
+        positions = task.simulation.object_poses()[:, :3]
+        told = f"goal {number} ({goal.challenge}), score {goal_score(positions, wanted):.3f}"
+        here = f"{task.condition.name}, step {task.n_steps:,}"
+        film.add(captioned([task.simulation.image().retina, goal.retina], [here, told]))
 
+    with closing(film), filming(task, shoot):
+        yield
+
+
+@contextmanager
+def filming(task: Task, shoot: Callable[[], None]) -> Iterator[None]:
+    """Shoot now, and then every 50 steps."""
     task.watch(shoot, STEPS_A_FRAME)
     try:
         shoot()
         yield
     finally:
         task.watch(None, 0)
-        film.close()

@@ -244,10 +244,12 @@ class _Play:
             if recorder.n_steps >= self._steps:
                 with self._learning():
                     self._proxy.call("end_intrinsic_phase", self._player.look(), 0, True)
+                recorder.add_logged(self._proxy.take_logged())
                 recorder.checkpoint(self._proxy.get_state())
                 recorder.write()
                 with self._learning():
                     self._proxy.use_experience(Experience(self._out, self._task.condition))
+                recorder.add_logged(self._proxy.take_logged())
                 recorder.keep_files(self._proxy.get_files())
                 recorder.checkpoint(self._proxy.get_state(), ended=True)
         except RecordingError:
@@ -271,6 +273,7 @@ class _Play:
             action = self._player.play(self._steps - recorder.n_steps)
             before, now = now, self._snapshot()
             recorder.add_transition(action, now)
+            recorder.add_logged(self._proxy.take_logged())
             n_actions += 1
             n_moved += _moved(before.object_poses, now.object_poses)
             self._checkpoint_if_cheap()

@@ -25,6 +25,7 @@ from real_bench.finding import (
     source_file,
 )
 from real_bench.independence import shared_through
+from real_bench.logbook import Entry, take_entries
 from real_bench.observation import Observation
 from real_bench.phases.proxy import NO_FILES, Identity, Terms, fault
 from real_bench.recording import ControllerState, Experience
@@ -152,6 +153,10 @@ class LocalProxy:
         except (Exception, SystemExit) as error:  # a stranger's object may raise anything
             where = blame(error, self._place)
             raise fault(self, f"step() returned a bad action: {where}") from error
+
+    def take_logged(self) -> list[Entry]:
+        """The numbers that it has noted since it was last asked."""
+        return take_entries(self._controller) if self._hooks_of_ours else []
 
     def get_state(self) -> ControllerState:
         """What the controller hands over, its own copy."""

@@ -14,6 +14,7 @@ from real_bench.actions import Action, Command
 from real_bench.controls import Control
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
+from real_bench.logbook import Entry
 from real_bench.observation import Observation
 from real_bench.recording import ControllerState, Experience
 from real_bench.task import Task
@@ -87,6 +88,9 @@ class ControllerProxy(Protocol):
 
     def explain(self) -> Explanation | None:
         """Why it chose its last action, where it says so."""
+
+    def take_logged(self) -> list[Entry]:
+        """The numbers that it has noted since it was last asked."""
 
     def get_state(self) -> ControllerState:
         """What it hands over, a copy of its own."""

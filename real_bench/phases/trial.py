@@ -168,7 +168,7 @@ class TrialMaker:
         task.begin(goal)
         start = task.simulation.image().retina if plan.pictures else None
         proxy.seed(derived_seed(plan.seed, number))
-        with filmed(task, goal, plan.videos, f"trial-{number:02d}"):
+        with filmed(task, goal, plan.videos, number):
             proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
             player = at_play(proxy, task, partial(self._activity, PLANNING))

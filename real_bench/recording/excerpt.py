@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import h5py
-import hdf5plugin
 import numpy as np
 
 from real_bench.errors import RecordingError
 from real_bench.recording.experience import Experience
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.reader import Recording
-from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.recording.schema import IMAGES_A_CHUNK, POSES, packing
 
 IMAGES_AT_ONCE = 16 * IMAGES_A_CHUNK
 
@@ -44,7 +43,7 @@ def _write(experience: Experience, recording: Recording, file: h5py.File) -> Non
     counts = {"transitions": len(rows), "commands": n_commands, "states": n_states, "cuts": 0}
     file.attrs["excerpt"] = not experience.sees_objects
     if experience.sees_objects:
-        counts["ground_truth/object_poses"] = n_states
+        counts[POSES] = n_states
     if recording.n_images is not None:
         counts["images"] = n_states
     for name, count in counts.items():
@@ -57,7 +56,7 @@ def _copy(source: h5py.Dataset, file: h5py.File, name: str, count: int) -> None:
         file.require_group(name.rpartition("/")[0] or "/")
         source.parent.copy(source, file, name)
         return
-    shape, how = (count, *source.shape[1:]), hdf5plugin.Zstd(clevel=3)
+    shape, how = (count, *source.shape[1:]), packing(name)
     most = (None, *shape[1:])  # else a chunk may not be longer than there are rows
     target = file.create_dataset(
         name, shape, source.dtype, maxshape=most, chunks=source.chunks, **how

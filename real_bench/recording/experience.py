@@ -23,7 +23,7 @@ class Experience:
     Where the condition has no O there are no positions, whatever the file holds.
 
     Args:
-        path: a recording; it is opened again for images, and once for the commands.
+        path: a recording; it is opened once more for images, and once for the commands.
         condition: what the controller that is given it may see.
         n_steps: tell of no more than so many first steps; None: of all.
 
@@ -139,7 +139,11 @@ class Experience:
             raise RecordingError("in image conditions an experience has no positions")
         return self._poses
 
+    @cached_property
+    def _recording(self) -> Recording:
+        """The recording, open for whoever looks at images one by one."""
+        return Recording(self.path)
+
     def _image(self, row: int) -> NDArray[np.uint8]:
-        with Recording(self.path) as recording:
-            image: NDArray[np.uint8] = recording.images(int(row), 1)[0]
+        image: NDArray[np.uint8] = self._recording.images(int(row), 1)[0]
         return image

@@ -5,26 +5,33 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
-import hdf5plugin  # noqa: F401  registers the compression of the images
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.actions import Action
+from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
+from real_bench.recording.arrays import MOMENTS, images_of, table_of
+from real_bench.recording.columns import poses_of
 from real_bench.recording.header import Header
+from real_bench.recording.images import ImageReader
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
-    CUT,
     FORMAT,
-    SCHEMA_VERSION,
+    LOGGED,
+    POSES,
+    READABLE_VERSIONS,
     STATE,
-    TRANSITION,
     command_type,
+    stored_types,
 )
 from real_bench.recording.state import ControllerState, load_state
+from real_bench.recording.triplet import State, Triplet
 from real_bench.recording.validation import (
     check_attributes,
     check_dataset,
@@ -33,8 +40,14 @@ from real_bench.recording.validation import (
     check_sizes,
 )
 
+if TYPE_CHECKING:
+    from real_bench.recording.torch_dataset import TripletDataset
+
 MOVED_M = 0.01
 """An object counts as moved when an action displaced it by more (paper, section Results)."""
+
+MOST_HELD_BYTES = 2**26
+"""Commands of whole actions take less; those of controllers called at every step more."""
 
 
 class Recording:
@@ -51,9 +64,9 @@ class Recording:
             self._file = open_hdf5(path, "r")
         try:
             with self._guard():
-                self._check_format()
-                self._check_safe()
+                version = self._checked_version()
                 self.header = Header.from_attributes(dict(self._file.attrs))
+                self._check_safe(version)
                 self.n_steps = int(self._file.attrs["n_steps"])
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
                 self.total_steps = int(self._file.attrs["total_steps"])
@@ -92,34 +105,126 @@ class Recording:
         """Command rows: vector, duration, line; by default all of them."""
         with self._guard():
             end = None if count is None else first + count
+            check_pieces(self._file["commands"], first, end)
             rows: NDArray[Any] = self._file["commands"][first:end]
-        return rows
+        return rows.view(command_type(self._command_size))
+
+    def __len__(self) -> int:
+        """How many triplets there are; a recording without one is true all the same."""
+        return len(self.transitions)
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __getitem__(self, index: int) -> Triplet:
+        """A triplet, with images where there are any; raises IndexError beyond the last."""
+        row = self.transitions[range(len(self))[index]]
+        before, after = int(row["precondition"]), int(row["outcome"])
+        rows = self._some_commands(int(row["first_command"]), int(row["n_commands"]))
+        pair = (None, None) if self.n_images is None else self.image_pair(before, after)
+        return Triplet(
+            self._state(before, pair[0]),
+            Action(rows["command"], rows["n_steps"], rows["line"].astype(bool)),
+            self._state(after, pair[1]),
+        )
+
+    def to_numpy(
+        self,
+        *,
+        images: bool = False,
+        image_size: tuple[int, int] | None = None,
+        cache: str | Path | None = None,
+    ) -> dict[str, NDArray[Any]]:
+        """All triplets as arrays by name, one row a triplet.
+
+        Args:
+            images: with the images of whole size; 0.5 MB a triplet.
+            image_size: with images shrunk to this width and height.
+            cache: a folder in which images are kept, so that they are made only once.
+
+        Returns:
+            ``joint_positions_before``, ``joint_positions_after`` (n, 9) radians; ``touch_sensors_``
+            (n, 4) newtons; ``object_poses_`` (n, n_objects, 7) metres and quaternion, the truth;
+            ``image_`` (n, height, width, 3) uint8; ``commands`` (n, k, size), ``n_steps`` (n, k)
+            and ``line`` (n, k) of the longest action's k commands, 0 where an action has fewer.
+
+        Raises:
+            RecordingError: images are asked for, and there are none.
+        """
+        with self._guard():
+            table = table_of(self)
+        if images or image_size is not None:
+            folder = None if cache is None else Path(cache)
+            taken = images_of(self, image_size, folder)
+            for moment, column in MOMENTS.items():
+                table[f"image_{moment}"] = taken[self.transitions[column]]
+        return table
+
+    def torch_dataset(
+        self, *, image_size: tuple[int, int] | None = None, cache: str | Path | None = None
+    ) -> TripletDataset:
+        """The triplets as a dataset of torch, by the names of :meth:`to_numpy`.
+
+        Args:
+            image_size: width and height to which images are shrunk, once, in memory; None: as
+                recorded, read when they are asked for.
+            cache: a folder in which images are kept, so that they are made only once.
+
+        Raises:
+            RecordingError: a size is asked for, and there are no images.
+        """
+        from real_bench.recording.torch_dataset import TripletDataset
+
+        return TripletDataset(self, image_size, None if cache is None else Path(cache))
 
     def images(self, first: int = 0, count: int | None = None) -> NDArray[np.uint8]:
         """Camera images of states, (count, height, width, 3) uint8; by default all of them."""
-        if self.n_images is None:
-            raise RecordingError(f"{self.path} was recorded without images")
+        reader = self._image_reader
         with self._guard():
-            end = None if count is None else first + count
-            check_pieces(self._file["images"], first, end)
-            images: NDArray[np.uint8] = self._file["images"][first:end]
-        return images
+            return reader.read(first, count)
+
+    def image_pair(self, before: int, after: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """The images of two states, each (height, width, 3) uint8; neighbours are read at once."""
+        reader = self._image_reader
+        with self._guard():
+            return reader.pair(before, after)
+
+    @property
+    def image_shape(self) -> tuple[int, int, int]:
+        """Of one image: height, width, 3; raises RecordingError where there are none."""
+        return self._image_reader.shape
 
     @property
     def states(self) -> NDArray[Any]:
         """Joint positions, touch sensors and step of every state, as a structured array."""
         with self._guard():
             states: NDArray[Any] = self._file["states"][()]
-        return states
+        return states.view(STATE)
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether the objects' true poses are in it; an excerpt for a controller may lack them."""
+        return "ground_truth" in self._file
 
     @property
     def object_poses(self) -> NDArray[np.float64]:
         """True poses of the objects in every state, (m, n_objects, 7). For analysis."""
-        if "ground_truth" not in self._file:
+        if not self.has_poses:
             raise RecordingError(f"{self.path} is an excerpt for a controller, without positions")
         with self._guard():
-            poses: NDArray[np.float64] = self._file["ground_truth/object_poses"][()]
-        return poses
+            return poses_of(self._file[POSES][()], self.header.objects)
+
+    @property
+    def logged(self) -> NDArray[Any]:
+        """What the controller logged, in order: step, action, name, value, a structured array.
+
+        Step and action say how many were over when it had logged it.
+        """
+        if "logged" not in self._file:
+            return np.empty(0, LOGGED)
+        with self._guard():
+            rows: NDArray[Any] = self._file["logged"][()]
+        return rows
 
     @property
     def parts(self) -> list[dict[str, str]]:
@@ -163,6 +268,34 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    @cached_property
+    def _image_reader(self) -> ImageReader:
+        if "images" not in self._file:
+            raise RecordingError(f"{self.path} was recorded without images")
+        return ImageReader(self._file["images"])
+
+    @cached_property
+    def _known(self) -> tuple[NDArray[Any], NDArray[np.float64] | None]:
+        """States and poses, read once for all that is asked for one by one."""
+        return self.states, self.object_poses if self.has_poses else None
+
+    @cached_property
+    def _known_commands(self) -> NDArray[Any] | None:
+        """All commands, where they are not too many to be held."""
+        held = self.n_commands * self._file["commands"].dtype.itemsize <= MOST_HELD_BYTES
+        return self.commands() if held else None
+
+    def _some_commands(self, first: int, count: int) -> NDArray[Any]:
+        known = self._known_commands
+        return self.commands(first, count) if known is None else known[first : first + count]
+
+    def _state(self, number: int, image: NDArray[np.uint8] | None) -> State:
+        states, poses = self._known
+        joints, touch, step = states[number].copy()
+        return State(
+            int(step), joints, touch, None if poses is None else poses[number].copy(), image
+        )
+
     def _kept(self, name: str) -> ControllerState:
         with self._guard():
             if name not in self._file:
@@ -172,39 +305,43 @@ class Recording:
                 check_dataset(group, number, *_numbers(group, number))
             return load_state(group) if len(group) else {}
 
-    def _check_format(self) -> None:
+    def _checked_version(self) -> int:
         check_attributes(self._file)
         attributes = self._file.attrs
         if attributes.get("format") != FORMAT:
             raise RecordingError(f"{self.path} is not a recording of realbench")
         version = int(attributes.get("schema_version", 0))
-        if version != SCHEMA_VERSION:
+        if version not in READABLE_VERSIONS:
             raise RecordingError(
-                f"{self.path} is of schema version {version}; this realbench reads "
-                f"version {SCHEMA_VERSION} (install a newer realbench)"
+                f"{self.path} is of schema version {version}; this realbench reads versions "
+                f"{' and '.join(map(str, READABLE_VERSIONS))} (install a newer realbench)"
             )
+        return version
 
-    def _check_safe(self) -> None:
+    @property
+    def _command_size(self) -> int:
+        return Condition.parse(self.header.condition).control_type.size
+
+    def _check_safe(self, version: int) -> None:
         """Look at what will be read, before it is."""
-        file = self._file
-        size = file["commands"].dtype["command"].shape[0]
-        n_objects = int(file.attrs["objects"])
-        rows: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {
-            "transitions": (TRANSITION, ()),
-            "commands": (command_type(size), ()),
-            "states": (STATE, ()),
-            "cuts": (CUT, ()),
-        }
+        file, names = self._file, self.header.object_names
+        if len(names) != self.header.objects:
+            raise ValueError(f"it has {len(names)} names for {self.header.objects} objects")
+        rows = stored_types(version, self._command_size, names)
         for group in ("ground_truth", "controller_state", "controller_files"):
             check_group(file, group)
-        if "ground_truth" in file:  # else see _n_poses
-            rows["ground_truth/object_poses"] = (np.dtype("<f8"), (n_objects, 7))
+        if "ground_truth" not in file:  # see _n_poses
+            del rows[POSES]
+        if "logged" in file:
+            rows["logged"] = (LOGGED, ())
         for name, (dtype, shape) in rows.items():
             check_dataset(file, name, dtype, shape)
         if "images" in file:
             height, width, *_ = file["images"].shape[1:]
             check_dataset(file, "images", np.dtype("u1"), (height, width, 3))
         check_sizes(file, rows)
+        for name in rows.keys() - {"commands"}:  # whose pieces are looked at where they are read
+            check_pieces(file[name])
 
     def _check_rows(self) -> None:
         rows = self.transitions
@@ -212,6 +349,7 @@ class Recording:
             self._n_poses in (None, self.n_states)
             and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
+            and (rows["n_commands"] >= 0).all()
             and int(rows["n_commands"].sum()) == self.n_commands
             and all(
                 ((rows[name] >= 0) & (rows[name] < self.n_states)).all()
@@ -226,7 +364,7 @@ class Recording:
         """How many states have true poses: all, or None in an excerpt for a controller."""
         if self._file.attrs.get("excerpt", False):
             return None
-        return len(self._file["ground_truth/object_poses"])
+        return len(self._file[POSES])
 
     @contextmanager
     def _guard(self) -> Iterator[None]:

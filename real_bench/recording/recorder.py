@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.errors import RecordingError
 from real_bench.files import check_output
+from real_bench.logbook import Entry
 from real_bench.recording.header import Header
 from real_bench.recording.reader import Recording
 from real_bench.recording.schema import (
     CUT,
+    LOGGED,
     STATE,
     TRANSITION,
     Batch,
@@ -158,6 +160,12 @@ class Recorder:
         self.n_steps += action.duration
         self.add_state(outcome)
 
+    def add_logged(self, entries: Iterable[Entry]) -> None:
+        """Record what the controller has logged up to the last action."""
+        self._rows.logged += [
+            (self.n_steps, self.n_transitions, name.encode(), value) for name, value in entries
+        ]
+
     @property
     def is_due(self) -> bool:
         """Whether it is time to write."""
@@ -224,6 +232,7 @@ class Recorder:
             images=np.array(rows.images, np.uint8) if rows.images else None,
             object_poses=np.array(rows.object_poses).reshape(-1, self._header.objects, 7),
             cuts=np.array(rows.cuts, CUT),
+            logged=np.array(rows.logged, LOGGED),
             n_steps=n_steps,
             total_steps=self._total_steps,
             ended=ended,
@@ -247,6 +256,7 @@ class _Rows:
     images: list[NDArray[np.uint8]] = field(default_factory=list)
     object_poses: list[NDArray[np.float64]] = field(default_factory=list)
     cuts: list[tuple[int, bytes, bytes]] = field(default_factory=list)
+    logged: list[tuple[int, int, bytes, float]] = field(default_factory=list)
 
     def lengths(self) -> dict[str, int]:
         """How many rows there are of each."""

@@ -11,12 +11,19 @@
     /commands              one row a command: command (size,), n_steps, line
     /states                joint_positions (9,), touch_sensors (4,), step
     /images                (m, 240, 320, 3) uint8, one a state, where images are recorded
-    /ground_truth/object_poses   (m, n_objects, 7), one a state; for analysis
+    /ground_truth/object_poses   position and quaternion of each object, a row a state; for analysis
+    /logged                what the controller logged: step and action by which it had, name, value
     /cuts                  where a run was resumed: step, and what the controller and the
                            packages were from there on; a fresh world began there
     /controller_state      what the controller hands over
     /controller_files      what an isolated controller wrote into its working directory, by name
                            (absent in recordings of before 0.2)
+
+Tables have a column for each number (joint_positions_0 ... joint_positions_8, cube_x ... cube_qw;
+see :mod:`real_bench.recording.columns`) and are packed by gzip, so that plain h5py and pandas read
+them. Images are packed by zstd, which needs hdf5plugin. Recordings of schema version 1 have fields
+of several numbers, poses of shape (m, n_objects, 7), all packed by zstd, and nothing logged until
+they are resumed.
 
 An excerpt that is written for an isolated controller has an empty controller_state and, where no
 positions may be seen, no ground_truth (it says so: attribute excerpt).
@@ -28,8 +35,8 @@ cut the world begins anew at the recorded poses, so the first action has a state
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import h5py
@@ -37,15 +44,19 @@ import hdf5plugin
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.logbook import LONGEST_NAME
+from real_bench.recording.columns import flat, pose_type
 from real_bench.recording.header import Header
 from real_bench.recording.state import ControllerState, state_bytes
 from real_bench.simulation.scene import Camera
 
 FORMAT = "realbench-run"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+READABLE_VERSIONS = (1, 2)
 
 IMAGES_A_CHUNK = 16
 ROWS_A_CHUNK = 1024
+POSES = "ground_truth/object_poses"
 
 TRANSITION = np.dtype(
     [
@@ -61,6 +72,9 @@ STATE = np.dtype(
     [("joint_positions", "<f8", (9,)), ("touch_sensors", "<f8", (4,)), ("step", "<i8")]
 )
 CUT = np.dtype([("step", "<i8"), ("controller_sha256", "S64"), ("versions", "S1024")])
+LOGGED = np.dtype(
+    [("step", "<i8"), ("action", "<i8"), ("name", f"S{LONGEST_NAME}"), ("value", "<f8")]
+)
 
 
 def chained_sha256(before: str, n_commands: NDArray[np.int64], commands: NDArray[Any]) -> str:
@@ -84,6 +98,38 @@ def command_type(size: int) -> np.dtype[Any]:
     return np.dtype([("command", "<f8", (size,)), ("n_steps", "<i8"), ("line", "u1")])
 
 
+RowType = tuple[np.dtype[Any], tuple[int, ...]]
+
+
+def stored_types(
+    version: int, command_size: int, object_names: Sequence[str]
+) -> dict[str, RowType]:
+    """What the file keeps of each table: type of a row, and its shape.
+
+    Args:
+        version: of the schema.
+        command_size: of a command vector.
+        object_names: their names, in order.
+    """
+    rows = {"transitions": TRANSITION, "commands": command_type(command_size), "states": STATE}
+    if version == 1:
+        poses: RowType = (np.dtype("<f8"), (len(object_names), 7))
+        return {
+            **{name: (dtype, ()) for name, dtype in rows.items()},
+            "cuts": (CUT, ()),
+            POSES: poses,
+        }
+    flattened: dict[str, RowType] = {name: (flat(dtype), ()) for name, dtype in rows.items()}
+    return {**flattened, "cuts": (CUT, ()), POSES: (pose_type(object_names), ())}
+
+
+def packing(name: str) -> dict[str, Any]:
+    """How a dataset is packed, as arguments of ``create_dataset``."""
+    if name == "images":
+        return dict(hdf5plugin.Zstd(clevel=3))
+    return {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+
+
 @dataclass(frozen=True)
 class Batch:
     """Rows that belong together; the names are those of the datasets.
@@ -104,6 +150,7 @@ class Batch:
     controller_state: ControllerState
     commands_sha256: str | None
     controller_files: Mapping[str, bytes] | None = None
+    logged: NDArray[Any] = field(default_factory=lambda: np.empty(0, LOGGED))
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """The rows by the path of their dataset."""
@@ -111,8 +158,9 @@ class Batch:
             "transitions": self.transitions,
             "commands": self.commands,
             "states": self.states,
-            "ground_truth/object_poses": self.object_poses,
+            POSES: self.object_poses,
             "cuts": self.cuts,
+            "logged": self.logged,
         }
         if self.images is not None:
             rows["images"] = self.images
@@ -137,30 +185,30 @@ def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -
     file.attrs["commands_sha256"] = ""
     for key, value in header.to_attributes().items():
         file.attrs[key] = value
-    _empty(file, "transitions", TRANSITION)
-    _empty(file, "commands", command_type(command_size))
-    _empty(file, "states", STATE)
-    _empty(file, "ground_truth/object_poses", np.dtype("<f8"), (header.objects, 7))
-    _empty(file, "cuts", CUT)
+    types = stored_types(SCHEMA_VERSION, command_size, header.object_names)
+    for name, (dtype, shape) in types.items():
+        create_table(file, name, dtype, shape)
+    create_table(file, "logged", LOGGED)
     file.create_group("controller_state")
     file.create_group("controller_files")
     if header.images:
         picture = (camera.height, camera.width, 3)
-        _empty(file, "images", np.dtype("u1"), picture, IMAGES_A_CHUNK)
+        create_table(file, "images", np.dtype("u1"), picture, IMAGES_A_CHUNK)
 
 
-def _empty(
+def create_table(
     file: h5py.File,
     name: str,
     dtype: np.dtype[Any],
     shape: tuple[int, ...] = (),
     rows_a_chunk: int = ROWS_A_CHUNK,
 ) -> None:
+    """An empty dataset that can grow."""
     file.create_dataset(
         name,
         shape=(0, *shape),
         maxshape=(None, *shape),
         dtype=dtype,
         chunks=(rows_a_chunk, *shape),
-        **hdf5plugin.Zstd(clevel=3),
+        **packing(name),
     )

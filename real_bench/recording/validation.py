@@ -8,13 +8,17 @@ anything is read from it.
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Iterable
 from typing import Any
 
 import h5py
 import numpy as np
 
-ZSTD = 32015  # HDF5's number for the only compression that we write
+GZIP, SHUFFLE, ZSTD = 1, 2, 32015  # HDF5's numbers
+PACKINGS: tuple[list[int], ...] = ([], [ZSTD], [SHUFFLE, GZIP])
+"""The only ways in which we pack; before schema version 2 all was packed by zstd."""
+
 MAX_CHUNK_BYTES = 2**28
 MAX_SMALL_BYTES = 2**26  # what may be declared however little is stored
 MAX_RATIO = 1000  # the rows of real recordings shrink to a tenth or so
@@ -74,20 +78,21 @@ def check_sizes(file: h5py.Group, names: Iterable[str]) -> None:
             raise ValueError(
                 f"{name} declares {_declared_bytes(data)} bytes and holds next to none"
             )
-        check_pieces(data)
 
 
 def check_pieces(data: h5py.Dataset, first: int = 0, last: int | None = None) -> None:
     """Raise ValueError unless each compressed piece of these rows unpacks to one chunk exactly."""
-    if data.chunks is None or data.id.get_create_plist().get_nfilters() == 0:
+    filters = [] if data.chunks is None else _filters(data)
+    if not filters:
         return
+    unpacks_to = _zstd_unpacks_to if filters == [ZSTD] else _gzip_unpacks_to
     n_bytes = math.prod(data.chunks) * data.dtype.itemsize
     rows = data.chunks[0]
     last = len(data) if last is None else min(last, len(data))
     for start in range(first // rows * rows, last, rows):
         place = (start, *[0] * (data.ndim - 1))
         mask, piece = data.id.read_direct_chunk(place)
-        if mask == 0 and _unpacked_bytes(piece) != n_bytes:
+        if mask == 0 and not unpacks_to(piece, n_bytes):
             raise ValueError(f"{data.name} has a piece that unpacks to another size")
 
 
@@ -113,15 +118,27 @@ def _n_chunks(data: h5py.Dataset) -> int:
     return n_chunks
 
 
-def _check_filters(data: h5py.Dataset, name: str) -> None:
+def _filters(data: h5py.Dataset) -> list[int]:
     properties = data.id.get_create_plist()
-    filters = [properties.get_filter(n)[0] for n in range(properties.get_nfilters())]
-    if filters not in ([], [ZSTD]):
-        raise ValueError(f"{name} is packed by filters {filters}, not by zstd alone")
+    return [properties.get_filter(n)[0] for n in range(properties.get_nfilters())]
 
 
-def _unpacked_bytes(piece: bytes) -> int | None:
-    """How large the frame of zstd says that it will be; None where it does not say (RFC 8878)."""
+def _check_filters(data: h5py.Dataset, name: str) -> None:
+    if (filters := _filters(data)) not in PACKINGS:
+        raise ValueError(f"{name} is packed by filters {filters}, not as we do")
+
+
+def _gzip_unpacks_to(piece: bytes, n_bytes: int) -> bool:
+    """Whether a stream of zlib unpacks to so many bytes; it does not say so by itself."""
+    stream = zlib.decompressobj()
+    try:
+        return len(stream.decompress(piece, n_bytes + 1)) == n_bytes
+    except zlib.error as error:
+        raise ValueError(f"a piece is not packed by gzip: {error}") from error
+
+
+def _zstd_unpacks_to(piece: bytes, n_bytes: int) -> bool:
+    """Whether the frame of zstd says that it will be so large (RFC 8878)."""
     if piece[:4] != _MAGIC or len(piece) < 5:
         raise ValueError("a piece is not packed by zstd")
     descriptor = piece[4]
@@ -129,6 +146,6 @@ def _unpacked_bytes(piece: bytes) -> int | None:
     width = (1 if is_single else 0, 2, 4, 8)[descriptor >> 6]
     start = 5 + (0 if is_single else 1) + (0, 1, 2, 4)[descriptor & 3]
     if width == 0 or len(piece) < start + width:
-        return None
+        return False
     size = int.from_bytes(piece[start : start + width], "little")
-    return size + 256 if width == 2 else size
+    return (size + 256 if width == 2 else size) == n_bytes

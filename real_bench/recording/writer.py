@@ -22,9 +22,10 @@ import h5py
 from real_bench.errors import RecordingError
 from real_bench.files import OutputError, real_path
 from real_bench.locks import write_lock
+from real_bench.recording.columns import to_columns
 from real_bench.recording.header import Header
 from real_bench.recording.opening import open_hdf5
-from real_bench.recording.schema import Batch, create
+from real_bench.recording.schema import LOGGED, Batch, create, create_table
 from real_bench.recording.state import ControllerState, save_state
 from real_bench.simulation.scene import Camera
 
@@ -212,12 +213,14 @@ class AppendOnlyFile:
 
 
 def _append(file: h5py.File, batch: Batch) -> None:
+    if len(batch.logged) and "logged" not in file:  # a recording of schema version 1
+        create_table(file, "logged", LOGGED)
     for name, rows in batch.datasets().items():
         if len(rows):
             dataset = file[name]
             before = len(dataset)
             dataset.resize(before + len(rows), axis=0)
-            dataset[before:] = rows
+            dataset[before:] = to_columns(rows, dataset.dtype)
     file.attrs["n_steps"] = batch.n_steps
     file.attrs["total_steps"] = batch.total_steps
     file.attrs["ended"] = batch.ended

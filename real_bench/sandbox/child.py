@@ -150,6 +150,10 @@ class RpcServer:
         facts = list(strip_state(dict(said.facts)))
         return [str(said.title), facts, [_parts(one) for one in said.actions], said.positions]
 
+    def do_take_logged(self, number: int) -> list[list[Any]]:
+        """The numbers that it has noted since it was last asked."""
+        return [[name, value] for name, value in self._proxies[number].take_logged()]
+
     def do_get_state(self, number: int) -> list[Any]:
         """What it hands over."""
         return list(strip_state(self._proxies[number].get_state()))

@@ -12,13 +12,14 @@ from real_bench.actions import Action, Command, check_action, check_command
 from real_bench.controls import Control
 from real_bench.errors import ActionError
 from real_bench.explanation import Explanation
+from real_bench.logbook import MOST_ENTRIES, Entry, checked_entry
 from real_bench.observation import Observation
 from real_bench.phases.proxy import Identity, fault
 from real_bench.recording import ControllerState, Experience
 from real_bench.recording.excerpt import write_excerpt
 from real_bench.recording.state import restore_state, strip_state
 from real_bench.sandbox.observation_packing import packed
-from real_bench.sandbox.rpc_client import EXPLANATION, STATE, RpcClient
+from real_bench.sandbox.rpc_client import EXPLANATION, LOGGED, STATE, RpcClient
 from real_bench.sandbox.working_directory import is_plain_path
 
 Arrays = list[NDArray[Any]]
@@ -94,6 +95,13 @@ class SandboxProxy:
         except ActionError as error:
             raise fault(self, f"explain() returned a bad explanation: {error}") from error
 
+    def take_logged(self) -> list[Entry]:
+        """The numbers that it has noted since it was last asked."""
+        noted = self._ask("take_logged", size=LOGGED)
+        if not (isinstance(noted, list) and len(noted) <= MOST_ENTRIES):
+            raise fault(self, "its process does not say what was logged")
+        return [self._entry(one) for one in noted]
+
     def get_state(self) -> ControllerState:
         """What it hands over."""
         return self._restored(self._ask("get_state", size=STATE))
@@ -146,6 +154,17 @@ class SandboxProxy:
                 "n_steps": argument.n_steps,
             }
         return {"observed": packed(argument, -1)} if type(argument) is Observation else argument
+
+    def _entry(self, noted: object) -> Entry:
+        match noted:
+            case [str(name), float(value)]:
+                pass
+            case _:
+                raise fault(self, "it logged what is no name and number")
+        try:
+            return checked_entry(name, value)
+        except ValueError as error:
+            raise fault(self, f"it logged what cannot be recorded: {error}") from error
 
     def _restored(self, answer: Any) -> ControllerState:
         match answer:

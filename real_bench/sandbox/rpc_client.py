@@ -18,6 +18,7 @@ from real_bench.sandbox.visible_files import VisibleFiles
 
 ANSWER = Size(structure=1 << 16, numbers=1 << 24)
 EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)
+LOGGED = Size(structure=1 << 20, numbers=0)
 STATE = Size(structure=1 << 24, numbers=1 << 31)
 MAX_FAULT_LETTERS = 2000
 MAX_TRACEBACK_LETTERS = 5_000

@@ -5,22 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.recording import Recording
 from real_bench.recording.schema import STATE, TRANSITION, chained_sha256, command_type
+from real_bench.replay import fresh_states
 from real_bench.simulation.scene import Scene
 
 ACTIONS_AT_ONCE = 100
 """Of which the commands are held in memory; up to 1000 rows each."""
-
-
-def fresh_states(recording: Recording) -> NDArray[np.int64]:
-    """The numbers of the states in which a world began: the first, and one after each cut."""
-    begun = np.ones(recording.n_states, bool)
-    begun[recording.transitions["outcome"]] = False
-    return np.flatnonzero(begun)
 
 
 def commands_are_those_recorded(recording: Recording) -> bool:

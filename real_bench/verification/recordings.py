@@ -11,18 +11,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.actions import Action, check_action
 from real_bench.conditions import Condition
 from real_bench.errors import ActionError, Interrupted, PhysicsError, RecordingError
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.recording import Recording
 from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.replay import ActionReplayer, fresh_states
 from real_bench.simulation.scene import load_scene
 from real_bench.task import Task
 from real_bench.verification.consistency import (
     commands_are_those_recorded,
     contradictions,
-    fresh_states,
 )
 from real_bench.verification.differences import (
     WITHIN,
@@ -126,6 +125,7 @@ class _Replay:
         self, recording: Recording, task: Task, images: bool, parts: Sequence[Physics]
     ) -> None:
         self._recording, self._task = recording, task
+        self._replayer = ActionReplayer(recording, task)
         self._names = recording.header.object_names
         self._states, self._poses = recording.states, recording.object_poses
         self._images = _Images(recording) if images else None
@@ -162,25 +162,13 @@ class _Replay:
         self.physics = next(self._parts, self.physics)
         if not self.told_physics.is_another:
             self.told_physics = self.physics
-        joints = self._states["joint_positions"]
-        self._task.begin(
-            object_poses=self._poses[state - 1] if state else None,
-            joint_positions=joints[state - 1] if state else None,
-        )
+        self._replayer.begin(state)
         yield from self._compared(state)
 
     def _act(self, state: int) -> Iterator[Difference]:
         """The next action, which leads to a state."""
-        row = self._recording.transitions[self.n_actions]
-        commands = self._recording.commands(int(row["first_command"]), int(row["n_commands"]))
         try:
-            if commands["line"].max() > 1:
-                raise ActionError("a line is neither 0 nor 1")
-            action = Action(commands["command"], commands["n_steps"], commands["line"].astype(bool))
-            check_action(action, self._task.control)
-            if action.duration != row["n_steps"]:
-                raise ActionError(f"they last {action.duration} steps, not {row['n_steps']}")
-            self._task.execute(action)
+            action = self._replayer.act(self.n_actions)
         except (ActionError, PhysicsError) as error:
             by_physics = self.physics.is_another and isinstance(error, PhysicsError)
             yield Difference(f"its commands cannot be replayed: {error}", of_physics=by_physics)

@@ -15,6 +15,8 @@ class Pusher(Controller):
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         self.n_actions += 1
         side = (-1) ** self.n_actions
+        self.log("side", side)
+        self.log("way (m)", 0.02 * self.n_actions)
         return Action.macro([(-0.1, 0.35 * side), (-0.1, -0.02 * self.n_actions * side)])
 
     def get_state(self) -> ControllerState:

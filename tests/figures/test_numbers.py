@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 
 from real_bench import analysis
 from real_bench.errors import RealBenchError
-from real_bench.figures import FIGURES, FigureData, FigureOptions, Numbers, Play, facts
+from real_bench.figures import FIGURES, FigureData, FigureOptions, Numbers, Play, facts, logged
 from real_bench.scoring.statistics import goals_interval
-from tests.figures.bench import Test, made_up, only, reread
+from tests.figures.bench import FEW_STEPS, Test, made_up, only, read, reread
 
 DRAW = {kind.name: kind.draw for kind in FIGURES}
 
@@ -162,3 +163,19 @@ def test_a_goal_that_no_result_is_of_is_not_made_up(
     told = numbers("score-by-goal", FigureData((), reread(folder, made_up(Test(), [0.1]))))
     assert told["goal"].tolist() == [0]
     assert told["score"].tolist() == pytest.approx([0.25])
+
+
+def test_what_was_logged_is_drawn_by_name(folder: Path, material: FigureData) -> None:
+    drawing = logged.draw(only(material, "pushed", "two"))
+    assert drawing is not None
+    panels = drawing.figure.axes
+    assert [panel.get_title() for panel in panels] == ["side", "way (m)"]
+    columns = drawing.numbers.columns
+    assert columns["name"] == ["side", "way (m)"] * 5
+    assert columns["step"] == [step for step in range(1000, 6000, 1000) for _ in range(2)]
+    assert columns["value"][1::2] == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.1])
+    (line,) = panels[0].lines
+    assert line.get_ydata().tolist() == [-1, 1, -1, 1, -1]
+    early = read(folder / "pushed.h5", options=FigureOptions(FEW_STEPS, run_steps=2000))
+    assert len(early[0].logged) == 4
+    assert logged.draw(only(material, "two")) is None

@@ -19,6 +19,7 @@ from tests.phases.conftest import FaceGoals
 from tests.recording.bench import SCENE, realbench, start
 
 TRIAL_STEPS = 1030
+LABEL_HEIGHT = 24
 
 
 def test_filming_and_drawing_change_no_score(face_goals: FaceGoals, goals: GoalSet) -> None:
@@ -41,8 +42,9 @@ def check_film(path: Path, goal: np.ndarray) -> None:
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
         frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(stream)]
     assert len(frames) == 1 + TRIAL_STEPS // STEPS_A_FRAME
-    assert all(frame.shape == (goal.shape[0], 2 * goal.shape[1], 3) for frame in frames)
-    beside = frames[-1][:, goal.shape[1] :].astype(float)
+    height, width, _ = goal.shape
+    assert all(frame.shape == (LABEL_HEIGHT + height, 2 * width, 3) for frame in frames)
+    beside = frames[-1][LABEL_HEIGHT:, width:].astype(float)
     assert np.abs(beside - goal).mean() < 10  # levels of 255: what compression may lose
     assert np.abs(frames[0].astype(float) - frames[-1]).max() > 50  # something moved
 
@@ -100,5 +102,5 @@ def test_whatever_a_film_fails_at_is_one_clear_error(
 ) -> None:
     monkeypatch.setattr(film, "CODEC", "libx265-of-another-build")
     with pytest.raises(RealBenchError, match=r"cannot write .*film\.mp4"):
-        film.Film(tmp_path / "film.mp4", goals.goals[0].retina)
+        film.Film(tmp_path / "film.mp4").add(goals.goals[0].retina)
     assert not list(tmp_path.iterdir())

@@ -25,7 +25,7 @@ from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation import Scene
 from real_bench.spaces import action_space, observation_space
-from tests.recording.bench import ignore
+from tests.recording.bench import edited_poses, ignore
 
 RESTS = str(Path(__file__).with_name("rests.py"))
 BOTH = pytest.mark.parametrize("controller", ["real_d", "real_t"])
@@ -201,8 +201,8 @@ def keep(file: h5py.File, rows: list[int]) -> None:
 
 
 def stand_still(file: h5py.File) -> None:
-    poses = file["ground_truth/object_poses"]
-    poses[:] = poses[0]
+    with edited_poses(file) as poses:
+        poses[:] = poses[0]
 
 
 def changed(run: Path, folder: Path, change: Callable[[h5py.File], None]) -> Path:
@@ -220,7 +220,8 @@ def test_a_way_is_gone_action_by_action(
     way = np.append(0.0, np.cumsum(0.1 - 0.01 * np.arange(8)))[:, None] * [1, 1, 0]
 
     def lay(file: h5py.File) -> None:
-        file["ground_truth/object_poses"][:, 0, :3] = way
+        with edited_poses(file) as poses:
+            poses[:, 0, :3] = way
 
     laid = changed(run, tmp_path, lay)
     ready, experience = made(controller, builtin_scene, laid), Experience(laid, OM)
@@ -283,7 +284,8 @@ def test_positions_that_are_no_numbers_are_told_before_any_trial(
     face: Face, run: Path, tmp_path: Path, controller: str, number: float
 ) -> None:
     def spoil(file: h5py.File) -> None:
-        file["ground_truth/object_poses"][3, 0, 1] = number
+        with edited_poses(file) as poses:
+            poses[3, 0, 1] = number
 
     with pytest.raises(ControllerError, match=rf"{controller}: 2 of 8 triplets .* not finite"):
         face(controller, changed(run, tmp_path, spoil))

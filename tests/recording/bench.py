@@ -5,10 +5,17 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
+
+import h5py
+from numpy.typing import NDArray
 
 from real_bench.recording import Recording
+from real_bench.recording.columns import poses_of
+from real_bench.recording.schema import POSES
 
 SCENE = "builtin"
 
@@ -76,3 +83,11 @@ def wait_for(process: subprocess.Popen[str], condition: Callable[[], bool]) -> N
 
 def ignore(report: object) -> None:
     """Nobody watches the progress."""
+
+
+@contextmanager
+def edited_poses(file: h5py.File) -> Iterator[NDArray[Any]]:
+    """The true poses of a recording, (m, n_objects, 7), to be changed in place."""
+    rows = file[POSES][()]
+    yield poses_of(rows, int(file.attrs["objects"]))
+    file[POSES][...] = rows

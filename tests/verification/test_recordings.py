@@ -17,6 +17,7 @@ from real_bench.recording import Recording
 from real_bench.simulation import Scene
 from real_bench.verification import RecordingVerdict, RecordingVerification
 from tests.phases.conftest import toy
+from tests.recording.bench import edited_poses
 from tests.verification.conftest import CUT_AT, RUN_STEPS, play
 
 STOPPED = '''
@@ -124,22 +125,22 @@ def ulp(value: Any) -> Any:
 
 
 CHANGES: list[tuple[str, str | None, int, Any]] = [
-    ("commands", "command", 1, by(0.01)),
-    ("commands", "command", 3, by(1e-9)),
-    ("commands", "command", 2, ulp),
+    ("commands", "command_0", 1, by(0.01)),
+    ("commands", "command_1", 3, by(1e-9)),
+    ("commands", "command_3", 2, ulp),
     ("commands", "n_steps", 0, by(1)),
     ("commands", "line", 0, by(1)),
     ("commands", "line", 2, by(2)),
-    ("states", "joint_positions", 0, ulp),
-    ("states", "joint_positions", 2, ulp),
-    ("states", "joint_positions", 6, ulp),
-    ("states", "touch_sensors", 1, ulp),
-    ("states", "touch_sensors", 4, lambda value: value * np.nan),
+    ("states", "joint_positions_0", 0, ulp),
+    ("states", "joint_positions_3", 2, ulp),
+    ("states", "joint_positions_8", 6, ulp),
+    ("states", "touch_sensors_0", 1, ulp),
+    ("states", "touch_sensors_3", 4, lambda value: value * np.nan),
     ("states", "step", 5, by(1)),
-    ("ground_truth/object_poses", None, 0, ulp),
-    ("ground_truth/object_poses", None, 3, ulp),
-    ("ground_truth/object_poses", None, 6, ulp),
-    ("ground_truth/object_poses", None, 5, lambda value: value * np.nan),
+    ("ground_truth/object_poses", "cube_x", 0, ulp),
+    ("ground_truth/object_poses", "tomato_z", 3, ulp),
+    ("ground_truth/object_poses", "cube_qw", 6, ulp),
+    ("ground_truth/object_poses", "tomato_qx", 5, lambda value: value * np.nan),
     ("images", None, 4, by(1)),
     ("cuts", "step", 0, by(1)),
     *(("transitions", name, 2, by(1)) for name in ("precondition", "outcome", "n_commands")),
@@ -195,8 +196,9 @@ def test_a_command_whose_change_moves_nothing_is_found_by_the_hash(
     assert verify(path).notes == ()
     with h5py.File(path, "r+") as file:
         rows = file["commands"][()]
-        assert rows["command"][-1].tolist() == [0.0] * 9  # home
-        rows["command"][-1] = 5e-324
+        joints = [f"command_{joint}" for joint in range(9)]
+        assert rows[joints][-1].tolist() == (0.0,) * 9  # home
+        rows["command_4"][-1] = 5e-324
         file["commands"][...] = rows
     verdict = verify(path)
     assert verdict.n_steps == 2300
@@ -214,11 +216,9 @@ def test_the_first_action_that_differs_is_told_and_by_how_much(
 ) -> None:
     path = tmp_path / "run.h5"
     shutil.copy(recorded, path)
-    with h5py.File(path, "r+") as file:
-        poses = file["ground_truth/object_poses"][()]
+    with h5py.File(path, "r+") as file, edited_poses(file) as poses:
         poses[2, 1, 1] += 0.25
         poses[4:] += 1.0
-        file["ground_truth/object_poses"][...] = poses
     verdict = verify(path)
     assert verdict.lines()[-1] == (
         "does not verify: action 1 (steps 1,000 to 2,000): position of tomato differs by 0.25 m"
@@ -230,10 +230,8 @@ def test_the_first_action_that_differs_is_told_and_by_how_much(
 def test_a_world_that_begins_elsewhere_after_a_cut_is_told(recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     shutil.copy(recorded, path)
-    with h5py.File(path, "r+") as file:
-        poses = file["ground_truth/object_poses"][()]
+    with h5py.File(path, "r+") as file, edited_poses(file) as poses:
         poses[3, 0, 0] += 0.5
-        file["ground_truth/object_poses"][...] = poses
     told = verify(path).lines()[-1]
     assert f"the world that begins at step {CUT_AT:,}: position of cube differs by 0.5 m" in told
 

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from shutil import copyfile
@@ -120,7 +121,18 @@ def bomb(n_bytes: int) -> bytes:
 
 
 def packed_bomb(file: h5py.File, secret: Path) -> None:
-    file["states"].id.write_direct_chunk((0,), bomb(8 * GIB))
+    """A stream of zlib that unpacks to 2 GiB."""
+    packer = zlib.compressobj(9)
+    piece = b"".join(packer.compress(bytes(2**24)) for _ in range(128)) + packer.flush()
+    file["states"].id.write_direct_chunk((0,), piece)
+
+
+def packed_bomb_of_commands(file: h5py.File, secret: Path) -> None:
+    file["commands"].id.write_direct_chunk((0,), zlib.compress(bytes(2**26)))
+
+
+def packed_by_nobody(file: h5py.File, secret: Path) -> None:
+    file["states"].id.write_direct_chunk((0,), b"no stream of zlib")
 
 
 def packed_bomb_of_images(file: h5py.File, secret: Path) -> None:
@@ -185,7 +197,9 @@ HDF5: list[Alter] = [
     giant_piece,
     many_equal_rows,
     packed_bomb,
+    packed_bomb_of_commands,
     packed_bomb_of_images,
+    packed_by_nobody,
     another_packing,
     text_for_rows,
     many_attributes,

@@ -1,0 +1,77 @@
+"""``realbench export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from real_bench.cli import options
+from real_bench.cli.printing import say
+
+EPILOG = """\b
+Example:
+  realbench export run.h5 --to csv
+  realbench export run.h5 --to parquet --out tables
+  realbench export run.h5 --to minari --image-size 80x60 --out datasets
+"""
+
+LARGEST = 4096
+KINDS = ("csv", "parquet", "minari")  # as in exporting/formats.py, not imported for a --help
+
+
+def _size(
+    context: click.Context, option: click.Parameter, value: str | None
+) -> tuple[int, int] | None:
+    """Width and height: ``80x60``."""
+    if value is None:
+        return None
+    sides = value.split("x")
+    if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
+        raise click.BadParameter(f"{value!r} is no width and height such as 80x60")
+    width, height = map(int, sides)
+    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
+        raise click.BadParameter(f"{value!r}: both must be 1 to {LARGEST}")
+    return width, height
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=options.FILE)
+@click.option("--to", "form", type=click.Choice(KINDS), default="csv", show_default=True)
+@click.option(
+    "--out", type=options.FILE, metavar="DIR", help="Folder. [default: one named after --to]"
+)
+@click.option(
+    "--images/--no-images", default=None, help="With images. [default: where they were recorded]"
+)
+@click.option("--image-size", callback=_size, metavar="WxH", help="Shrink images, as in 80x60.")
+@click.option("--name", help="Of a Minari dataset. [default: realbench/FILE-v0]")
+@options.overwrite_option
+def export(
+    file: Path,
+    form: str,
+    out: Path | None,
+    images: bool | None,
+    image_size: tuple[int, int] | None,
+    name: str | None,
+    overwrite: bool,
+) -> None:
+    """Give a recording to others: as tables, or as a dataset of Minari.
+
+    CSV and Parquet have a file for each table (transitions, commands, states, object_poses,
+    logged), without images. A Minari dataset has an episode for each stretch of play and a step for
+    each action, with what the condition lets a controller see.
+    """
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.exporting import FORMATS, Export
+    from real_bench.recording import Recording
+
+    if form != "minari" and (images is not None or image_size is not None or name is not None):
+        raise click.UsageError("--images, --image-size and --name are for --to minari")
+    with Recording(file) as recording:
+        asked = Export(
+            recording, out or Path(form), images is not False, image_size, name, overwrite
+        )
+        with ProgressDisplay(f"exporting {file.name}", "rows", len(recording)) as display:
+            told = FORMATS[form](asked, lambda done, total: display.update(done))
+    say(told)

@@ -1,0 +1,101 @@
+"""``realbench watch``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from real_bench import defaults
+from real_bench.cli import options
+from real_bench.cli.printing import say
+
+if TYPE_CHECKING:
+    from real_bench.watching import Moment
+
+EPILOG = """\b
+Example:
+  realbench intrinsic --controller real_r --out run.h5 &
+  realbench watch run.h5
+  realbench watch run.h5 --tensorboard events    then: tensorboard --logdir events
+"""
+
+
+@click.command(epilog=EPILOG)
+@click.argument("file", type=options.FILE, default=defaults.RUN)
+@click.option("--once", is_flag=True, help="Say how far it is, and end.")
+@click.option(
+    "--every",
+    type=click.FloatRange(0.05, 3600),
+    default=1.0,
+    show_default=True,
+    metavar="S",
+    help="Look every S seconds.",
+)
+@click.option(
+    "--tensorboard",
+    "events",
+    type=options.FILE,
+    metavar="DIR",
+    help="Also write event files of TensorBoard into DIR.",
+)
+@click.option("--overwrite", is_flag=True, help="Replace the event files in DIR.")
+@options.json_option
+def watch(
+    file: Path, once: bool, every: float, events: Path | None, overwrite: bool, as_json: bool
+) -> None:
+    """Follow a play by its recording FILE, run.h5 by default, until it ends or you press Ctrl-C.
+
+    Shows steps, speed, time left, the share of actions that moved an object by more than 1 cm, and
+    what the controller logs (self.log), all as curves; a line at each change where the output is
+    no terminal. Watching changes nothing in the play.
+    """
+    from real_bench.watching import follow
+
+    if overwrite and events is None:
+        raise click.UsageError("--overwrite is for --tensorboard")
+    with ExitStack() as stack, suppress(KeyboardInterrupt):
+        shows: list[Callable[[Moment], None]] = [_json if as_json else _shown(stack)]
+        if events is not None:
+            from real_bench.watching.tensorboard import EventFiles
+
+            shows.append(stack.enter_context(EventFiles(events, overwrite=overwrite)).add)
+        _show_all(follow(file, every), shows, once=once)
+
+
+def _show_all(
+    moments: Iterable[Moment], shows: Iterable[Callable[[Moment], None]], *, once: bool
+) -> None:
+    for moment in moments:
+        for show in shows:
+            show(moment)
+        if once:
+            return
+
+
+def _json(moment: Moment) -> None:
+    facts = {**moment.status.to_json(), "steps_a_second": moment.speed}
+    say(json.dumps({**facts, "seconds_left": moment.seconds_left}))
+
+
+def _shown(stack: ExitStack) -> Callable[[Moment], None]:
+    """Shows moments as this output can: a screen that changes, or lines."""
+    from rich.console import Console
+    from rich.live import Live
+
+    from real_bench.watching.screen import line_of, screen_of
+
+    console = Console(markup=False, emoji=False, highlight=False)
+    if not console.is_terminal:
+        return lambda moment: say(line_of(moment))
+    live = stack.enter_context(Live(console=console, auto_refresh=False))
+    ascii_only = console.options.ascii_only
+
+    def show(moment: Moment) -> None:
+        live.update(screen_of(moment, console.width, ascii_only=ascii_only), refresh=True)
+
+    return show

@@ -1,0 +1,5 @@
+"""A recording for others: tables, and datasets of other libraries."""
+
+from real_bench.exporting.formats import FORMATS, Export
+
+__all__ = ["FORMATS", "Export"]

@@ -1,0 +1,62 @@
+"""Numbers that controllers logged along the intrinsic phase (``Controller.log``)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from real_bench.figures import style
+from real_bench.figures.drawing import Column, Drawing, Numbers
+from real_bench.quoting import printable
+
+if TYPE_CHECKING:
+    from real_bench.figures.data import FigureData
+    from real_bench.figures.played import Play
+
+HEIGHT_CM = 5.6
+MOST_PANELS = 12
+
+
+def draw(material: FigureData) -> Drawing | None:
+    """A panel for each name, all recordings together; of many names the first twelve."""
+    plays = [play for play in material.plays if len(play.logged)]
+    if not plays:
+        return None
+    names = list(dict.fromkeys(raw for play in plays for raw in play.logged["name"]))
+    with style.in_style():
+        figure, panels = style.panels(min(len(names), MOST_PANELS), HEIGHT_CM)
+        lines = []
+        for number, play in enumerate(plays):
+            sign = style.sign(number)
+            handle = None
+            for name, panel in zip(names, panels, strict=False):
+                rows = play.logged[play.logged["name"] == name]
+                steps = rows["step"] / style.MILLION
+                mark = sign.marker if len(rows) < 2 else ""
+                (handle,) = panel.plot(
+                    steps, rows["value"], sign.line + mark, color=sign.colour, label=play.label
+                )
+            lines += [handle] if handle else []
+        for name, panel in zip(names, panels, strict=False):
+            panel.set_title(_name(name))
+            panel.set_xlabel("step of the intrinsic phase (millions)")
+            panel.set_xlim(left=0)
+        style.legend_below(figure, lines)
+    tables = [({"recording": play.label}, _rows(play)) for play in plays]
+    return Drawing(figure, Numbers.stacked(tables))
+
+
+def _rows(play: Play) -> dict[str, Column]:
+    """One row a number that was logged, of every name."""
+    rows = play.logged
+    return {
+        "name": [_name(raw) for raw in rows["name"]],
+        "step": rows["step"],
+        "action": rows["action"],
+        "value": np.asarray(rows["value"]),
+    }
+
+
+def _name(raw: bytes) -> str:
+    return printable(raw.decode(errors="replace"))  # of a stranger's file, perhaps

@@ -1,0 +1,48 @@
+"""Numbers of a controller's own, on their way into the recording (``Controller.log``)."""
+
+from __future__ import annotations
+
+from typing import Any, SupportsFloat
+
+LONGEST_NAME = 64
+"""Bytes of a name in UTF-8."""
+
+MOST_ENTRIES = 10_000
+"""How many wait to be recorded at most; of more than that within one action the last are kept."""
+
+Entry = tuple[str, float]
+"""Name and value."""
+
+_ATTRIBUTE = "_realbench_logbook"
+
+
+def checked_entry(name: object, value: SupportsFloat) -> Entry:
+    """Name and value, if they can be recorded; a value may be infinite or no number.
+
+    Raises:
+        TypeError, ValueError: they cannot.
+    """
+    if not isinstance(name, str):
+        raise TypeError(f"a name must be text, not {type(name).__name__}")
+    if not name.isprintable() or not 1 <= len(name.encode()) <= LONGEST_NAME:
+        raise ValueError(f"a name must be 1 to {LONGEST_NAME} printable bytes, not {name[:80]!r}")
+    return name, float(value)
+
+
+def add_entry(controller: object, name: str, value: SupportsFloat) -> None:
+    """Note a number in a controller, until the harness takes it; raises as checked_entry does."""
+    entry = checked_entry(name, value)
+    # Plain data, so that a controller whose state is all of its attributes can still be kept.
+    noted = vars(controller).setdefault(_ATTRIBUTE, [])
+    noted.append(entry)
+    del noted[:-MOST_ENTRIES]
+
+
+def take_entries(controller: Any) -> list[Entry]:
+    """What a controller has noted since it was last asked, in order."""
+    noted = getattr(controller, "__dict__", {}).get(_ATTRIBUTE)
+    if not noted:
+        return []
+    entries = list(noted)
+    noted.clear()
+    return entries

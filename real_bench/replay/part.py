@@ -1,0 +1,164 @@
+"""A part of a recording, replayed exactly: from where its world began, though only it is shown."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from real_bench.conditions import Condition
+from real_bench.errors import ActionError, Interrupted, PhysicsError, RecordingError
+from real_bench.phases.stopping import stop_requests
+from real_bench.recording import Recording
+from real_bench.replay.actions import ActionReplayer, fresh_states
+from real_bench.simulation.scene import Scene, load_scene
+from real_bench.task import Task
+
+OnAction = Callable[[int, int], None]
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is going on in a replay.
+
+    Attributes:
+        task: the world.
+        number: of the action.
+        step: of the recording.
+        as_recorded: whether all has come out as recorded so far.
+    """
+
+    task: Task
+    number: int
+    step: int
+    as_recorded: bool
+
+
+Show = Callable[[Shown], None]
+
+
+@dataclass(frozen=True)
+class PartReplay:
+    """Some actions of a recording, to be replayed.
+
+    Attributes:
+        path: the recording.
+        first, last: numbers of the first action and of that after the last.
+        scene: a name or manifest; what the recording names where None.
+    """
+
+    path: Path
+    first: int
+    last: int
+    scene: str | None = None
+
+    def run(self, show: Show, every: int, report: OnAction, *, gui: bool = False) -> bool:
+        """Replay all since the world of the first action began; show the part.
+
+        Args:
+            show: called where the part begins, and then after every so many steps of it.
+            every: how many.
+            report: told how many actions were replayed, of how many.
+            gui: do it in pybullet's window.
+
+        Returns:
+            Whether every action of the part ended as recorded, to the last bit.
+
+        Raises:
+            RecordingError: it cannot be read or replayed, or has no such actions.
+            SceneError: its scene cannot be had, or there is no display.
+            Interrupted: the user stopped it.
+        """
+        with Recording(self.path) as recording:
+            if not 0 <= self.first < self.last <= len(recording):
+                raise RecordingError(
+                    f"{self.path} has actions 0 to {len(recording) - 1}, "
+                    f"not {self.first} to {self.last - 1}"
+                )
+            header = recording.header
+            condition = Condition.parse(header.condition)
+            if misfit := condition.control_misfit(header.control_version):
+                raise RecordingError(f"{self.path} cannot be replayed: {misfit}")
+            scene = self._scene(recording)
+            with closing(Task(scene, condition, header.objects, gui=gui)) as task:
+                return _Part(self, recording, task).run(show, every, report)
+
+    def _scene(self, recording: Recording) -> Scene:
+        header = recording.header
+        scene = load_scene(header.scene_source if self.scene is None else self.scene)
+        if scene.sha256 != header.scene_sha256:
+            raise RecordingError(
+                f"{self.path} is of scene {header.scene} {header.scene_sha256[:12]}, "
+                f"not of this {scene.name} {scene.sha256[:12]}"
+            )
+        return scene
+
+
+class _Part:
+    """The replaying itself."""
+
+    def __init__(self, asked: PartReplay, recording: Recording, task: Task) -> None:
+        self._asked, self._recording, self._task = asked, recording, task
+        self._rows, self._poses = recording.transitions, recording.object_poses
+        self._fresh = set(fresh_states(recording).tolist())
+        self._replayer = ActionReplayer(recording, task)
+        self._number, self._world_began_at, self._as_recorded = asked.first, 0, True
+
+    def run(self, show: Show, every: int, report: OnAction) -> bool:
+        first, last = self._asked.first, self._asked.last
+        begun = self._begun_before(first)
+        with stop_requests() as stop:
+            for number in range(begun, last):
+                if stop.made:
+                    raise Interrupted(f"stopped after {number - begun} of {last - begun} actions")
+                report(number - begun, last - begun)
+                self._begin(number)
+                if number == first:
+                    self._task.watch(lambda: show(self._now()), every)
+                    show(self._now())
+                self._act(number)
+            report(last - begun, last - begun)
+        return self._as_recorded
+
+    def _begun_before(self, number: int) -> int:
+        """The action with which the world began in which this one was done."""
+        while int(self._rows["precondition"][number]) not in self._fresh:
+            number -= 1
+        return number
+
+    def _begin(self, number: int) -> None:
+        """Come to where an action was begun, which may be in a fresh world."""
+        self._number = number
+        state = int(self._rows["precondition"][number])
+        if state in self._fresh:
+            self._replayer.begin(state)
+            self._world_began_at = int(self._rows["first_step"][number])
+
+    def _act(self, number: int) -> None:
+        try:
+            self._replayer.act(number)
+        except (ActionError, PhysicsError) as error:
+            raise RecordingError(
+                f"action {number:,} of {self._asked.path} cannot be replayed: {error}"
+            ) from error
+        poses = self._task.simulation.object_poses()
+        if self._as_recorded and not np.array_equal(
+            poses, self._poses[self._rows["outcome"][number]]
+        ):
+            self._as_recorded = False
+            log.warning(
+                "from action %d on objects are not where they were recorded: this machine's "
+                "physics may be another one (realbench verify %s says more)",
+                number,
+                self._asked.path,
+            )
+
+    def _now(self) -> Shown:
+        step = self._world_began_at + self._task.n_steps
+        return Shown(self._task, self._number, step, self._as_recorded)

@@ -1,0 +1,56 @@
+"""Ways to show a replay: as a film, or in pybullet's window at the speed of the robot."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from real_bench.goal_sets import captioned
+from real_bench.phases.film import STEPS_A_FRAME, Film
+from real_bench.replay.part import OnAction, PartReplay, Shown
+from real_bench.simulation import STEP_S
+
+STEPS_A_GLANCE = 4  # 50 a second
+
+
+def film_part(replay: PartReplay, out: Path, report: OnAction) -> bool:
+    """Film a part of a recording, labelled with condition, action and step.
+
+    Returns:
+        Whether all went as it was recorded.
+
+    Raises:
+        RealBenchError: it cannot be replayed, or the film not be written.
+        Interrupted: the user stopped it; there is no film then.
+    """
+    film = Film(out)
+
+    def shoot(shown: Shown) -> None:
+        doubt = "" if shown.as_recorded else " (differs)"
+        label = f"{shown.task.condition.name}, action {shown.number:,}, step {shown.step:,}{doubt}"
+        film.add(captioned([shown.task.simulation.image().retina], [label]))
+
+    as_recorded = replay.run(shoot, STEPS_A_FRAME, report)
+    film.close()
+    return as_recorded
+
+
+def show_part(replay: PartReplay, report: OnAction) -> bool:
+    """Show a part of a recording in pybullet's window, as fast as it was done.
+
+    Returns:
+        Whether all went as it was recorded.
+
+    Raises:
+        RealBenchError: it cannot be replayed, or there is no display.
+        Interrupted: the user stopped it.
+    """
+    due: list[float] = []  # when the next glance is to be, once the part has begun
+
+    def wait(shown: Shown) -> None:
+        now = time.monotonic()
+        if due:
+            time.sleep(max(0.0, due[0] - now))
+        due[:] = [max([now, *due]) + STEPS_A_GLANCE * STEP_S]
+
+    return replay.run(wait, STEPS_A_GLANCE, report, gui=True)

@@ -1,0 +1,67 @@
+"""Follow a recording as it grows."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from real_bench.watching.status import PlayStatus, read_status
+
+SPEED_OVER_S = 60.0
+"""Speed is told of the last minute."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """How far a play is, and how fast it goes.
+
+    Attributes:
+        status: how far it is.
+        speed: steps a second in the last minute; None where it was seen only once.
+    """
+
+    status: PlayStatus
+    speed: float | None
+
+    @property
+    def seconds_left(self) -> float | None:
+        """How long the play will go on at this speed; None where that is not known."""
+        if not self.speed or self.status.what != "playing":
+            return None
+        return (self.status.total_steps - self.status.n_steps) / self.speed
+
+
+def follow(path: Path, every_s: float) -> Iterator[Moment]:
+    """What a recording says, now and whenever it changes, until its play has ended or stopped.
+
+    Args:
+        path: the recording, which must be there.
+        every_s: how often to look.
+
+    Raises:
+        RecordingError: it is not a recording.
+    """
+    seen: deque[tuple[float, int]] = deque()
+    last: object = None
+    while True:
+        status = read_status(path)
+        told = (status.n_steps, status.what, len(status.logged), status.written_at)
+        if told != last:
+            last = told
+            yield Moment(status, _speed(seen, status))
+        if status.what in ("ended", "stopped"):
+            return
+        time.sleep(every_s)
+
+
+def _speed(seen: deque[tuple[float, int]], status: PlayStatus) -> float | None:
+    """Steps a second between writings; an action that has just begun is in none."""
+    if not seen or status.written_at > seen[-1][0]:
+        seen.append((status.written_at, status.n_steps))
+    while len(seen) > 2 and seen[1][0] < status.written_at - SPEED_OVER_S:
+        seen.popleft()
+    (began, before), (now, after) = seen[0], seen[-1]
+    return (after - before) / (now - began) if now > began else None

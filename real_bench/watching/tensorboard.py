@@ -1,0 +1,70 @@
+"""A play as event files of TensorBoard, written by its own library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+
+from real_bench.extras import extra
+from real_bench.files import OutputError, check_folder
+from real_bench.watching.following import Moment
+
+ACTIONS_A_POINT = 100
+"""So many actions make a point of the share that moved an object."""
+
+
+class EventFiles:
+    """Writes what is new in each moment; use it as a context manager.
+
+    Args:
+        folder: for the event files; made where there is none.
+        overwrite: remove those of before.
+
+    Raises:
+        MissingExtraError: TensorBoard is not installed.
+        OutputError: the folder cannot be written, or has event files already.
+    """
+
+    def __init__(self, folder: Path, *, overwrite: bool = False) -> None:
+        summary = extra("tensorboard.summary", "tensorboard")
+        check_folder(folder, make=True)
+        before = sorted(folder.glob("events.out.tfevents.*"))
+        if before and not overwrite:
+            raise OutputError(
+                f"{folder} has event files already: use --overwrite, or another --tensorboard"
+            )
+        for file in before:
+            file.unlink()
+        self._writer = summary.Writer(str(folder))
+        self._n_actions = self._n_logged = 0
+
+    def add(self, moment: Moment) -> None:
+        """Write what was not there before."""
+        status = moment.status
+        if moment.speed is not None:
+            self._scalar("play/steps a second", moment.speed, status.n_steps)
+        while self._n_actions + ACTIONS_A_POINT <= status.n_actions:
+            end = self._n_actions + ACTIONS_A_POINT
+            share = float(status.moved[self._n_actions : end].mean())
+            step = int(status.ended_at[end - 1])
+            self._scalar("play/share of actions that moved an object", share, step)
+            self._n_actions = end
+        for row in status.logged[self._n_logged :]:
+            name = row["name"].decode(errors="replace")
+            self._scalar(f"logged/{name}", float(row["value"]), int(row["step"]))
+        self._n_logged = max(self._n_logged, len(status.logged))
+        self._writer.flush()
+
+    def __enter__(self) -> EventFiles:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._writer.close()
+
+    def _scalar(self, tag: str, value: float, step: int) -> None:
+        self._writer.add_scalar(tag, value, step)

@@ -1,0 +1,61 @@
+"""What an isolated controller logs is recorded as it would be without isolation, and checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from real_bench.errors import ControllerError
+from real_bench.recording import Recording
+from real_bench.sandbox import SandboxBackend
+from real_bench.sandbox.proxy import SandboxProxy
+from tests.phases.conftest import toy
+from tests.sandbox.conftest import Play
+
+LOGS = toy("logs:Logs")
+
+
+def test_the_same_is_recorded(play: Play, isolated: SandboxBackend) -> None:
+    inside, outside = (
+        play(LOGS, out=f"{name}.h5", backend=backend)
+        for name, backend in (("inside", isolated), ("outside", None))
+    )
+    for path, backend in ((inside, isolated), (outside, None)):
+        play(LOGS, 2000, out=path.name, backend=backend, resume=True)
+    with Recording(inside) as one, Recording(outside) as other:
+        assert len(one.logged) == 1 + 2 + 1 + 2 * 3 + 1
+        np.testing.assert_array_equal(one.logged, other.logged)
+
+
+class Liar:
+    def __init__(self, answer: Any) -> None:
+        self.answer = answer
+
+    def ask(self, *_: Any, **__: Any) -> Any:
+        return self.answer
+
+
+@pytest.mark.attacks
+@pytest.mark.parametrize(
+    "answer",
+    [
+        None,
+        {"x": 1.0},
+        [["x"]],
+        [["x", 1.0, 2.0]],
+        [["x", "y"]],
+        [[1.0, 1.0]],
+        [["", 1.0]],
+        [["\x1b[2J", 1.0]],
+        [["x" * 65, 1.0]],
+        [["x", 1.0]] * 10_001,
+        [["x", np.zeros(3)]],
+    ],
+    ids=lambda answer: repr(answer)[:20],
+)
+def test_a_process_that_lies_about_what_was_logged_is_refused(answer: Any) -> None:
+    proxy = SandboxProxy("mine.py", None, None, Liar(answer))  # type: ignore[arg-type]
+    with pytest.raises(ControllerError, match=r"mine\.py: it"):
+        proxy.take_logged()
