@@ -193,7 +193,7 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
             work = experiment.missing()
             failures = experiment.make(work, _ignore) if len(work) else {}
         if failures:
-            raise ExperimentError(in_short(list(failures.values())))
+            raise ExperimentError(in_short([failure.told for failure in failures.values()]))
     return experiment.rows()
 
 

@@ -68,6 +68,8 @@ def check(
     backends["isolated"] = SandboxBackend()
     settings = read_settings(settings_file, assignments)
     asked = condition or told.condition
+    if asked is None and source.submission is not None:
+        asked = source.submission.condition
     found = {}
     for name, backend in backends.items():
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result

@@ -52,7 +52,7 @@ def main() -> None:
     try:
         job.do(channel.report)
     except RealBenchError as error:
-        channel.tell(failed=str(error))
+        channel.tell(failed=str(error), kind=type(error).__name__)
     else:
         channel.tell(finished=True)
 

@@ -20,6 +20,7 @@ from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, run_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
+from real_bench.source import recorded_as
 
 OnTrial = Callable[[Result], None]
 
@@ -180,7 +181,7 @@ class ExtrinsicPhase:
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
-            controller=plan.controller,
+            controller=recorded_as(plan.controller),
             controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             learned=learned,

@@ -35,7 +35,7 @@ from real_bench.recording import (
     run_versions,
 )
 from real_bench.simulation.scene import Scene
-from real_bench.source import resolved
+from real_bench.source import recorded_as, resolved
 from real_bench.task import Task
 
 
@@ -181,7 +181,7 @@ class IntrinsicPhase:
             scene_source=self.scene.source,
             scene_sha256=self.scene.sha256,
             seed=self.seed,
-            controller=self.controller,
+            controller=recorded_as(self.controller),
             controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.code_sha256,
