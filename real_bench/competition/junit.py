@@ -5,9 +5,10 @@ Both are what CI systems show; a job that is broken writes none.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from real_bench.competition.standing import REFUSED, SCORED, WAITING, Standing
 from real_bench.phases.checking import Finding
 from real_bench.quoting import quoted
 
@@ -29,4 +30,27 @@ def checked(name: str, findings: Sequence[Finding], seconds: float) -> JUnitXml:
         suite.add_testcase(case)
     report = JUnitXml("realbench")
     report.add_testsuite(suite)
+    return report
+
+
+def standings_report(rounds: Mapping[str, Sequence[Standing]], seconds: float) -> JUnitXml:
+    """What came of every submission, a suite a round."""
+    from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
+
+    report = JUnitXml("realbench")
+    for name, standings in rounds.items():
+        suite = TestSuite(f"realbench round {quoted(name)}")
+        for standing in standings:
+            case = TestCase(quoted(standing.name), classname=f"realbench.{quoted(name)}")
+            case.time = round(standing.seconds, 3)
+            told = quoted(standing.told, 2000)
+            if standing.status == REFUSED:
+                case.result = [Failure(told, standing.status)]
+            elif standing.status == WAITING:
+                case.result = [Skipped("not done yet")]
+            elif standing.status != SCORED:
+                case.result = [Error(told, standing.status)]
+            suite.add_testcase(case)
+        report.add_testsuite(suite)
+    report.time = round(seconds, 3)
     return report

@@ -62,7 +62,7 @@ class RoundFacts(BaseModel):
         return cls(
             title=competition.title,
             name=name,
-            scene=competition.scene,
+            scene=competition.scene_source,
             repeats=len(asked.seeds),
             limits=asdict(asked.limits),
             goals=str(competition.goals(name).resolve()),

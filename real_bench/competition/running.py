@@ -22,7 +22,7 @@ from real_bench.competition.standing import (
     Standing,
     load_standing,
 )
-from real_bench.errors import Interrupted, ResultError
+from real_bench.errors import Interrupted
 from real_bench.experiments.job_state import not_of_this, refusal, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
@@ -32,7 +32,6 @@ from real_bench.files import check_folder
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.locks import write_lock
 from real_bench.recording import Recording
-from real_bench.scoring.result import Result, load_result
 from real_bench.simulation import Scene, load_scene
 
 Update = Callable[[ExperimentProgress], None]
@@ -168,8 +167,12 @@ class RoundRun:
         for entry in entries:
             standing = self._standing(entry)
             if entry.folder is not None and not standing.failures:
-                done = all(state_of(test).reached == "done" for _, test in self.jobs(entry))
-                standing = standing.model_copy(update={"status": SCORED if done else WAITING})
+                states = [state_of(test) for _, test in self.jobs(entry)]
+                done = all(state.reached == "done" for state in states)
+                tests = [state.result for state in states if state.result]
+                seconds = sum(sum(test.seconds.values()) for test in tests)
+                changes = {"status": SCORED if done else WAITING, "seconds": seconds}
+                standing = standing.model_copy(update=changes)
                 standing.save(self.home(entry))
             standings.append(standing)
         return standings
@@ -237,11 +240,12 @@ class RoundRun:
     def _keep(self, entry: Entry, job: Job, failure: Failure) -> None:
         """Keep what ended a submission's job."""
         told = failure.told.removeprefix(f"{job.name}: ")
-        told = told.removeprefix(f"controller {entry.folder}: ")
-        told = told.replace(f"controller {entry.folder} ", "").replace(f"{entry.folder}/", "")
+        for place in (f"controller {entry.folder}: ", f"controller {entry.folder} "):
+            told = told.replace(place, "")
+        told = told.replace(f"{entry.folder}/", "")
         failed = Failed(
             status=STATUS_OF[failure.kind],
-            told=f"{_where(job)}: {told}",
+            told=f"{'play' if isinstance(job, PlayJob) else 'test'}, {told}",
             seconds=round(failure.seconds, 1),
         )
         self._standing(entry).with_failure(job.name, failed).save(self.home(entry))
@@ -265,23 +269,6 @@ class RoundRun:
         from real_bench.experiments.cluster import AT_ONCE, Cluster
 
         return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)
-
-
-def _where(job: Job) -> str:
-    """At play, or in which trial."""
-    if isinstance(job, PlayJob):
-        return "play"
-    try:
-        result = load_result(job.out) if job.out.exists() else None
-    except ResultError:
-        result = None
-    return "test" if result is None else _trial(result)
-
-
-def _trial(result: Result) -> str:
-    done = {trial.goal for trial in result.trials}
-    left = [goal for goal in result.setting.goal_numbers if goal not in done]
-    return f"trial {len(done) + 1}, goal {left[0]}" if left else "test"
 
 
 def _length(run: Path | None) -> int:

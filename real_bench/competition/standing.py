@@ -55,6 +55,7 @@ class Standing(_Record):
         status: of the whole.
         told: why it is not scored, in a line.
         failures: of its jobs, by name.
+        seconds: that its tests took, and what failed.
     """
 
     key: str
@@ -66,12 +67,15 @@ class Standing(_Record):
     status: Status
     told: str = ""
     failures: dict[str, Failed] = {}
+    seconds: float = 0.0
 
     def with_failure(self, job: str, failed: Failed) -> Standing:
         """The same with one more failure; the first by name is the one that is told."""
         failures = dict(sorted({**self.failures, job: failed}.items()))
         first = next(iter(failures.values()))
-        changes = {"failures": failures, "status": first.status, "told": first.told}
+        seconds = sum(each.seconds for each in failures.values())
+        told = {"status": first.status, "told": first.told, "seconds": seconds}
+        changes = {"failures": failures, **told}
         return self.model_copy(update=changes)
 
     def save(self, home: Path) -> None:

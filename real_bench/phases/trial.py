@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
-from real_bench.errors import PhysicsError, RealBenchError
+from real_bench.errors import ControllerFailedError, PhysicsError, RealBenchError
 from real_bench.files import check_folder, write_whole
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.explaining import Explainer
@@ -137,8 +137,8 @@ class TrialMaker:
         began = time.monotonic()
         try:
             result = self._trial(number)
-        except PhysicsError as error:
-            raise PhysicsError(f"goal {number}: {error}") from error
+        except (PhysicsError, ControllerFailedError) as error:
+            raise type(error)(f"goal {number}: {error}") from error
         return result, time.monotonic() - began
 
     def close(self) -> None:
