@@ -85,7 +85,7 @@ def _install(submission: Submission, ours: dict[str, str], place: Path) -> None:
     _run(
         [
             *(sys.executable, "-m", "pip", "--python", paths["scripts"] + "/python"),
-            *("install", "--quiet", "--no-input", "--disable-pip-version-check"),
+            *("install", "--no-input", "--disable-pip-version-check"),
             *("--only-binary", ":all:", "--constraint", str(place / "constraints.txt")),
             *(own if submission.wheels else ()),
             *("--", *submission.requirements),
@@ -119,9 +119,15 @@ def _run(command: list[str], submission: Submission) -> None:
     except subprocess.TimeoutExpired as error:
         raise _refused(submission, f"it took more than {SECONDS_TO_INSTALL:,} s") from error
     if done.returncode:
-        lines = [line for line in done.stderr.splitlines() if line.startswith("ERROR")]
-        last = (lines or done.stderr.splitlines() or [f"pip ended with {done.returncode}"])[-1]
-        raise _refused(submission, last.removeprefix("ERROR: "))
+        raise _refused(submission, _why(f"{done.stdout}\n{done.stderr}"))
+
+
+def _why(said: str) -> str:
+    """What pip says of its failure, in a line."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    conflict = [line for line in lines if " depends on " in line or "The user requested" in line]
+    errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
+    return "; ".join(conflict or errors[:1] or lines[-1:] or ["pip says nothing"])
 
 
 def _refused(submission: Submission, why: str) -> SubmissionError:

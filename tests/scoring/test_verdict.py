@@ -96,7 +96,7 @@ def test_no_name_can_command_a_terminal(field: str) -> None:
 
 
 def test_a_controller_that_fails_is_told_in_both_reports() -> None:
-    page, cases = failure("controller mine.py:\x1b failed")
+    page, cases = failure(ControllerFailedError("controller mine.py:\x1b failed"), 2.5)
     assert "controller mine.py:? failed" in page
     (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
     assert case.find("failure") is not None
