@@ -114,10 +114,10 @@ def generate(
     counts = {"2D": n_2d, "2.5D": n_25d, "3D": n_3d}
     if not any(counts.values()):
         raise click.UsageError("--2d, --25d and --3d are all 0: ask for at least one goal")
+    if secret and context.get_parameter_source("seed") is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--secret draws a seed: leave out --seed")
     check_output(out, overwrite=overwrite)
     if secret:
-        if context.get_parameter_source("seed") is ParameterSource.COMMANDLINE:
-            raise click.UsageError("--secret draws a seed: leave out --seed")
         return _generate_secret(load_scene(scene), objects, counts, out, overwrite=overwrite)
     goal_set = _generate_with_progress(load_scene(scene), objects, seed, counts)
     save_goal_set(goal_set, out)

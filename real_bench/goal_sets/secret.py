@@ -91,7 +91,7 @@ def read_opening(path: Path) -> Opening:
         raise GoalSetError(f"opening not found: {path}") from error
     except ValidationError as error:
         raise GoalSetError(f"{path} is no opening: {faults(error)}") from error
-    except (ValueError, AttributeError) as error:
+    except (ValueError, AttributeError, TypeError) as error:
         raise GoalSetError(f"{path} is no opening: {error}") from error
     if commitment != opening.commitment:
         raise GoalSetError(f"{path} was altered: its commitment is not that of its content")
