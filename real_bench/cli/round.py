@@ -37,6 +37,11 @@ Exit code: 0 every submission has come to its end, scored or not; 1, 2 the job i
 130 stopped. What a submission came to is in its status, and in --junit: a failure for one that
 is refused, an error for one that failed.
 """
+CODABENCH_EPILOG = """\b
+Example:
+  docker build --target platform --tag me/realbench:1 . && docker push me/realbench:1
+  realbench round codabench round.yaml --image me/realbench:1 --out bundle.zip
+"""
 
 
 @click.group(epilog=EPILOG)
@@ -118,3 +123,34 @@ def _show(folder: Path) -> None:
     from real_bench.competition.leaderboard import read_leaderboards, text_table
 
     print_tables(*map(text_table, read_leaderboards(folder)))
+
+
+@round.command(epilog=CODABENCH_EPILOG)
+@click.argument("spec", type=options.FILE)
+@click.option(
+    "--out", type=options.FILE, default="bundle.zip", show_default=True, help="The bundle to write."
+)
+@click.option(
+    "--image",
+    default="realbench:platform",
+    show_default=True,
+    metavar="NAME",
+    help="The image of our Dockerfile (target platform), as the platform finds it.",
+)
+@options.overwrite_option
+def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
+    """Write the rounds as a bundle for Codabench, to be uploaded there.
+
+    A round is a phase with a task; its ingestion program lets a submission play and be tested,
+    isolated, and its scoring program replays every trial. The bundle holds the goals: keep it to
+    yourself.
+    """
+    from real_bench.competition.codabench import write_bundle
+    from real_bench.competition.spec import read_competition
+    from real_bench.files import check_output
+
+    check_output(out, overwrite=overwrite)
+    for name in write_bundle(read_competition(spec), out, image):
+        say(f"  {name}")
+    out.chmod(0o600)
+    say(f"{out}: with the goals; keep it to yourself")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,6 +21,8 @@ from real_bench.experiments.spec import Name, Seed
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.sandbox.limits import Limits
 from real_bench.yaml_files import read_mapping
+
+MOMENT = "%Y-%m-%d %H:%M:%S"
 
 Steps = Annotated[int, Field(ge=1, lt=2**63)]
 
@@ -45,6 +48,7 @@ class Round(_Record):
         failure: what one counts that failed: ``zero``, or ``excluded``.
         ties: ``paired``: those share a rank whom the paired comparison with the first of them
             cannot tell apart; ``none``: the mean alone decides.
+        start, end: when a platform takes submissions, as in ``2027-01-31 12:00:00`` (UTC).
     """
 
     condition: str = "IM"
@@ -61,6 +65,8 @@ class Round(_Record):
     limits: Limits = Field(default_factory=Limits)
     failure: Literal["zero", "excluded"] = "excluded"
     ties: Literal["paired", "none"] = "paired"
+    start: str = ""
+    end: str = ""
 
     @field_validator("condition")
     @classmethod
@@ -69,6 +75,16 @@ class Round(_Record):
             return Condition.parse(name).name
         except RealBenchError as error:
             raise ValueError(str(error)) from error
+
+    @field_validator("start", "end")
+    @classmethod
+    def _is_a_moment(cls, text: str) -> str:
+        if text:
+            try:
+                datetime.strptime(text, MOMENT)
+            except ValueError as error:
+                raise ValueError("write it as 2027-01-31 12:00:00") from error
+        return text
 
     @field_validator("limits", mode="before")
     @classmethod
