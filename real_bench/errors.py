@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from real_bench.quoting import quoted
 
@@ -12,7 +12,14 @@ if TYPE_CHECKING:
 
 
 class RealBenchError(Exception):
-    """Root of every error that the user can do something about."""
+    """Root of every error that the user can do something about.
+
+    Attributes:
+        exit_code: of a command that ends with it. 1: the job is broken; 3: the submission is bad;
+            4: the controller failed.
+    """
+
+    exit_code: ClassVar[int] = 1
 
 
 class SceneError(RealBenchError):
@@ -28,7 +35,31 @@ class PhysicsError(RealBenchError):
 
 
 class ControllerError(RealBenchError):
-    """A controller that cannot be found, loaded or run."""
+    """A controller that cannot be found or used as asked, or that failed."""
+
+
+class SubmissionError(ControllerError):
+    """A submission, or any controller's code, that is not fit to be run."""
+
+    exit_code = 3
+
+
+class ControllerFailedError(ControllerError):
+    """A controller that failed while it ran: it raised an error, or its process died."""
+
+    exit_code = 4
+
+
+class OutOfTimeError(ControllerFailedError):
+    """A controller that took longer than it may."""
+
+
+class OutOfMemoryError(ControllerFailedError):
+    """A controller that took more memory than it may."""
+
+
+class BrokenRuleError(ControllerFailedError):
+    """A controller that did what it must not do."""
 
 
 class RecordingError(RealBenchError):

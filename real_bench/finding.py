@@ -15,7 +15,7 @@ from typing import Any
 
 from real_bench.blame import blame
 from real_bench.controller import BasePolicy, Controller
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerError, SubmissionError
 from real_bench.source import ControllerSource, installed, is_left_out
 
 SUBMITTED = "SubmittedPolicy"
@@ -47,7 +47,7 @@ def find_controller(spec: str) -> type[Any]:
         return _load_installed(source)
     named = getattr(module, source.class_name, None) if source.class_name else _chosen(module, spec)
     if named is None:
-        raise ControllerError(f"controller {spec}: there is no class {source.class_name} in it")
+        raise SubmissionError(f"controller {spec}: there is no class {source.class_name} in it")
     return _checked(named, spec)
 
 
@@ -105,7 +105,7 @@ def _load_module(source: ControllerSource) -> ModuleType:
 
 
 def _unloadable(source: ControllerSource, error: BaseException) -> ControllerError:
-    return ControllerError(f"controller {source.spec} cannot be loaded: {blame(error)}")
+    return SubmissionError(f"controller {source.spec} cannot be loaded: {blame(error)}")
 
 
 @cache
@@ -126,7 +126,7 @@ def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
         del sys.modules[name]
         if isinstance(error, KeyboardInterrupt):
             raise
-        raise ControllerError(
+        raise SubmissionError(
             f"controller {spec_given} cannot be loaded: {blame(error, folder)}"
         ) from error
     return module
@@ -171,7 +171,7 @@ def _chosen(module: ModuleType, spec: str) -> Any:
     found = ", ".join(value.__name__ for value in own) or "none"
     others = [value.__name__ for value in _classes(module, object) if _plays(value)]
     which = f" ({', '.join(others)} could be meant)" if others and not own else ""
-    raise ControllerError(
+    raise SubmissionError(
         f"controller {spec}: exactly one class derived from Controller or BasePolicy was expected, "
         f"found {found}{which}; name it as {spec}:Class, or say {SUBMITTED} = Class in the file"
     )
@@ -186,9 +186,9 @@ def _classes(module: ModuleType, base: type[Any]) -> Iterator[type[Any]]:
 
 def _checked(loaded: Any, spec: str) -> type[Any]:
     if not inspect.isclass(loaded):
-        raise ControllerError(f"controller {spec} is not a class")
+        raise SubmissionError(f"controller {spec} is not a class")
     if not _plays(loaded):
-        raise ControllerError(f"controller {spec} has neither step() nor next_action()")
+        raise SubmissionError(f"controller {spec} has neither step() nor next_action()")
     return loaded
 
 

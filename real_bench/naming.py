@@ -36,4 +36,5 @@ def without_folder(spec: str) -> tuple[str, str]:
     """A controller's file or name, and its class; for names from another machine."""
     if found := CONTROLLER_FILE.fullmatch(spec):
         return Path(found["file"]).name, found["name"] or ""
-    return spec, ""
+    place, colon, name = spec.rpartition(":")
+    return (Path(place).name, name) if colon else (spec, "")

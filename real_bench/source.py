@@ -10,14 +10,21 @@ from functools import cached_property
 from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
-from real_bench.naming import CONTROLLER_FILE
+from real_bench.naming import CONTROLLER_FILE, shareable_name
 from real_bench.nearest import did_you_mean
+
+if TYPE_CHECKING:
+    from real_bench.competition.manifest import Submission
 
 GROUP = "real_bench.controllers"
 OURS = "real_bench.controllers"
+
+MANIFEST = "submission.yaml"
+"""The file by which a folder is a submission."""
 
 CODE = frozenset({".py", ".so", ".pyd", ".pyx"})
 MOST_ENTRIES = 20_000
@@ -33,25 +40,35 @@ class ControllerSource:
         file: the file, where it is one.
         module: else the module; of an installed controller the one that offers it.
         class_name: the class; empty where the spec does not say.
+        submission: what it says of itself, where it is one.
+        is_hashed: false in a sandbox, where nobody asks for the hash and not all can be read.
     """
 
     spec: str
     file: Path | None
     module: str
     class_name: str
+    submission: Submission | None = None
+    is_hashed: bool = True
 
     @classmethod
     def of(cls, spec: str) -> ControllerSource:
-        """Take apart a name, ``module:Class`` or ``path/to/file.py[:Class]``.
+        """Take apart a name, ``module:Class``, ``path/to/file.py[:Class]``, a submission's folder.
 
         Raises:
             ControllerError: there is no such file, or no installed controller of that name.
+            SubmissionError: the submission says what it must not.
         """
         if found := CONTROLLER_FILE.fullmatch(spec):
             file = Path(found["file"])
             if not file.is_file():
                 raise ControllerError(f"controller file not found: {file}")
             return cls(spec, file.resolve(), "", found["name"] or "")
+        if (folder := submission_folder(spec)) is not None:
+            from real_bench.competition.manifest import read_submission
+
+            submission = read_submission(folder)
+            return cls(spec, submission.file, "", submission.class_name, submission)
         module, _, class_name = spec.rpartition(":")
         if class_name and module:
             return cls(spec, None, module, class_name)
@@ -73,9 +90,19 @@ class ControllerSource:
             raise ControllerError(f"controller {self.spec} cannot be loaded: no module {top}")
         return found
 
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The settings that a submission names; nothing else has any of its own."""
+        return {} if self.submission is None else self.submission.settings
+
     @cached_property
     def code_sha256(self) -> str:
-        """The hash of which file or module it is, and of every code file in its place."""
+        """The hash of which file or module it is, and of every code file in its place.
+
+        Of a submission, of every file; but recordings, results and goals are no part of it.
+        """
+        if not self.is_hashed:
+            return ""
         digest = hashlib.sha256(f"{self.file.name if self.file else self.module}\n".encode())
         for file in self.code_files():
             name = file.name if file == self.place else file.relative_to(self.place).as_posix()
@@ -86,7 +113,15 @@ class ControllerSource:
         """Every code file in its place; raises ControllerError where these are too many."""
         if self.place.is_file():
             return [self.place]
+        if self.submission is not None:
+            return self.submitted_files()
         return sorted(file for file in self.files() if file.suffix in CODE)
+
+    def submitted_files(self) -> list[Path]:
+        """Every file in its place that is not the benchmark's; raises ControllerError."""
+        from real_bench.sandbox.benchmark_files import is_ours
+
+        return sorted(file for file in self.files() if not is_ours(file))
 
     def files(self) -> Iterator[Path]:
         """Every file in its place, but what belongs to tools; raises ControllerError."""
@@ -134,10 +169,45 @@ def module_place(module: str) -> Path | None:
 
 def resolved(spec: str) -> str:
     """The same controller as seen from any folder: a file by its whole path."""
+    if (folder := submission_folder(spec)) is not None:
+        return str(folder.resolve())
     found = CONTROLLER_FILE.fullmatch(spec)
     if not found:
         return spec
     return f"{Path(found['file']).resolve()}{found[2] or ''}"
+
+
+def recorded_as(spec: str) -> str:
+    """What recordings and results call a controller: no folders; a submission ``folder:name``."""
+    source = ControllerSource.of(spec)
+    if source.submission is None:
+        return shareable_name(spec)
+    folder = submission_folder(spec)
+    return f"{folder and folder.name}:{source.submission.name}"
+
+
+def submission_folder(spec: str) -> Path | None:
+    """The folder of a submission, named by it or as ``folder:name``; None for anything else.
+
+    Raises:
+        ControllerError: it is a folder or an archive, and no submission as it is.
+    """
+    if CONTROLLER_FILE.fullmatch(spec):
+        return None
+    named = [Path(name) for name in (spec, spec.rpartition(":")[0]) if name]
+    found = [folder for folder in named if (folder / MANIFEST).is_file()]
+    if not (found or Path(spec).exists()) or is_installed(spec):
+        return None
+    if found:
+        return found[0]
+    if spec.endswith(".zip"):
+        raise ControllerError(f"{spec} is packed: unpack it, and name the folder")
+    if Path(spec).is_dir():
+        raise ControllerError(
+            f"the folder {spec} has no {MANIFEST}: name a file in it, or make it a submission "
+            f"(realbench submission init {spec})"
+        )
+    return None
 
 
 def is_installed(spec: str) -> bool:
@@ -151,7 +221,8 @@ def installed(name: str) -> EntryPoint:
     if name not in offers:
         raise ControllerError(
             f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
-            f"module:Class, or path/to/file.py[:Class]{did_you_mean(name, offers)}"
+            "module:Class, path/to/file.py[:Class], or a submission's folder"
+            f"{did_you_mean(name, offers)}"
         )
     return offers[name]
 
@@ -161,6 +232,8 @@ def is_code_of(source: ControllerSource, sha256: str) -> bool:
 
     Recordings and results of before 0.2 have the hash of the one file that defines the class.
     """
+    if source.submission is not None:
+        return source.code_sha256 == sha256
     return source.code_sha256 == sha256 or any(
         file_sha256(file) == sha256 for file in source.code_files()
     )

@@ -15,6 +15,9 @@ COMMANDS = {
     "extrinsic": "test a controller on goals and print the score table",
     "evaluate": "both phases in one process, as the official evaluation did",
     "check": "find out in a moment whether a controller will do",
+    "submission": "begin, check and pack a submission to a competition",
+    "round": "play and test all submissions of a competition",
+    "leaderboard": "rank what came of a round, in a terminal, Markdown, JSON or as a site",
     "table": "make the table of an experiment: many plays and tests, published scores beside",
     "compare": "compare two sets of scores, goal by goal",
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
@@ -91,7 +94,7 @@ def main(arguments: list[str] | None = None) -> Any:
     except Interrupted as error:
         streams.end(str(error), 130)
     except RealBenchError as error:
-        streams.end(f"error: {error}", 1)
+        streams.end(f"error: {error}", error.exit_code)
     except OSError as error:
         place = "" if error.filename is None else f"{error.filename}: "
         streams.end(f"error: {place}{error.strerror or error}", 1)

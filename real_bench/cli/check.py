@@ -68,6 +68,8 @@ def check(
     backends["isolated"] = SandboxBackend()
     settings = read_settings(settings_file, assignments)
     tried_condition = condition or options_of_file.condition
+    if tried_condition is None and source.submission is not None:
+        tried_condition = source.submission.condition
     found = {}
     for name, backend in backends.items():
         with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup
@@ -33,6 +34,12 @@ Example:
 GENERATE_EPILOG = """\b
 Example:
   realbench goals generate --objects 2 --seed 7 --out goals.npy
+  realbench goals generate --secret --out secret.npy
+"""
+
+OPEN_EPILOG = """\b
+Example:
+  realbench goals open secret.npy secret.opening.json --commitment 4be1...
 """
 
 SHOW_EPILOG = """\b
@@ -72,22 +79,35 @@ def goals() -> None:
 @click.option(
     "--out", type=output_file, default="goals.npy", show_default=True, help="The goal set to write."
 )
+@click.option(
+    "--secret",
+    is_flag=True,
+    help="Draw a seed that nobody can guess, keep it apart, and print a commitment to publish.",
+)
 @scene_option
 @click.option("--2d", "n_2d", **how_many(25), help="Goals on the table.")
 @click.option("--25d", "n_25d", **how_many(15), help="Goals on table and shelf.")
 @click.option("--3d", "n_3d", **how_many(10), help="The same, in any orientation.")
 @options.overwrite_option
+@click.pass_context
 def generate(
+    context: click.Context,
     objects: int,
     seed: int,
     out: Path,
+    secret: bool,
     scene: str,
     n_2d: int,
     n_25d: int,
     n_3d: int,
     overwrite: bool,
 ) -> None:
-    """Draw goals by the rules of the official sets; the same seed gives the same file."""
+    """Draw goals by the rules of the official sets; the same seed gives the same file.
+
+    With --secret the seed and a salt go into a file of their own beside the set (.opening.json):
+    publish the commitment before the competition, and that file after it, when anybody can check
+    the goals by `realbench goals open`.
+    """
     from real_bench.files import check_output
     from real_bench.goal_sets import save_goal_set
     from real_bench.simulation import load_scene
@@ -95,10 +115,49 @@ def generate(
     counts = {"2D": n_2d, "2.5D": n_25d, "3D": n_3d}
     if not any(counts.values()):
         raise click.UsageError("--2d, --25d and --3d are all 0: ask for at least one goal")
+    if secret and context.get_parameter_source("seed") is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--secret draws a seed: leave out --seed")
     check_output(out, overwrite=overwrite)
+    if secret:
+        return _generate_secret(load_scene(scene), objects, counts, out, overwrite=overwrite)
     goal_set = _generate_with_progress(load_scene(scene), objects, seed, counts)
     save_goal_set(goal_set, out)
     _report(goal_set, out)
+
+
+@goals.command("open", epilog=OPEN_EPILOG)
+@click.argument("file", type=existing_file)
+@click.argument("opening", type=existing_file)
+@click.option("--commitment", required=True, metavar="SHA256", help="As it was published before.")
+@click.option(
+    "--redraw/--no-redraw",
+    default=True,
+    show_default=True,
+    help="Draw the goals again from the opened seed, too.",
+)
+@scene_option
+def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene: str) -> None:
+    """Check that secret goals are those that were committed to, and that nobody chose them."""
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.errors import GoalSetError
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.goal_sets.secret import drawn_again, read_opening
+    from real_bench.simulation import load_scene
+
+    goal_set, opened = load_goal_set(file), read_opening(opening)
+    opened.check(goal_set, commitment)
+    if redraw:
+        with ProgressDisplay("drawing goals", "goals", len(goal_set)) as display:
+            same = drawn_again(
+                goal_set, opened, load_scene(scene), lambda n_done, _: display.update(n_done)
+            )
+        if not same:
+            raise GoalSetError(
+                f"{file} is what was committed to, but seed {opened.seed} draws other goals here "
+                "(with other physics it may: see `realbench doctor`)"
+            )
+    how = f", drawn from seed {opened.seed}" if redraw else ""
+    say(f"{file}: these are the {len(goal_set)} goals that were committed to{how}")
 
 
 @goals.command(epilog=SHOW_EPILOG)
@@ -141,6 +200,29 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
     goal_set = import_official(official, load_scene(scene))
     save_goal_set(goal_set, out)
     _report(goal_set, out)
+
+
+def _generate_secret(
+    scene: Scene, n_objects: int, counts: dict[str, int], out: Path, *, overwrite: bool
+) -> None:
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.files import check_output, write_whole
+    from real_bench.goal_sets import save_goal_set
+    from real_bench.goal_sets.secret import draw_secret_goals
+
+    kept = out.with_suffix(".opening.json")
+    check_output(kept, overwrite=overwrite)
+    with ProgressDisplay("drawing goals", "goals", sum(counts.values())) as display:
+        goal_set, opening = draw_secret_goals(
+            scene, n_objects, counts, lambda n_done, _: display.update(n_done)
+        )
+    save_goal_set(goal_set, out)
+    write_whole(kept, opening.to_json().encode())
+    for path in (out, kept):
+        path.chmod(0o600)
+    _report(goal_set, out)
+    say(f"{kept}: seed and salt; keep it, and the goals, to yourself until they may be known")
+    say(f"commitment, to be published now: {opening.commitment}")
 
 
 def _generate_with_progress(

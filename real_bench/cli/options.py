@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -138,9 +138,7 @@ class Isolation:
     """What the isolation options say: whether, and what an isolated controller may use up."""
 
     isolate: bool = False
-    memory_limit: float | None = None
-    call_limit: float | None = None
-    total_limit: float | None = None
+    limits: Mapping[str, float] = field(default_factory=dict)
 
     def backend(self, secrets: Iterable[Path | None]) -> ControllerBackend:
         """Where the controller is to run; says on standard error what isolates it there.
@@ -148,28 +146,43 @@ class Isolation:
         Args:
             secrets: files and folders that an isolated controller must not be able to read.
         """
-        given = {
-            "memory_gib": self.memory_limit,
-            "call_s": self.call_limit,
-            "total_s": self.total_limit,
-        }
-        limits = {name: value for name, value in given.items() if value is not None}
         if not self.isolate:
-            if limits:
-                raise click.UsageError("limits are for isolated controllers: use --isolate, too")
+            self.check()
             from real_bench.phases.local import LocalBackend
 
             return LocalBackend()
         from real_bench.sandbox import Limits, SandboxBackend
 
         backend = SandboxBackend(
-            tuple(path for path in secrets if path is not None), Limits(**limits)
+            tuple(path for path in secrets if path is not None), Limits(**self.limits)
         )
         say_sandbox()
         return backend
 
+    def check(self) -> None:
+        """Raise UsageError for limits of what is not isolated."""
+        if self.limits and not self.isolate:
+            raise click.UsageError("limits are for isolated controllers: use --isolate, too")
+
 
 NOT_ISOLATED = Isolation()
+
+
+def limit_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What an isolated controller may use up; the command is given those asked for: ``limits``."""
+
+    @wraps(command)
+    def with_limits(
+        memory_limit: float | None,
+        call_limit: float | None,
+        total_limit: float | None,
+        **given: Any,
+    ) -> Any:
+        limits = {"memory_gib": memory_limit, "call_s": call_limit, "total_s": total_limit}
+        asked = {name: value for name, value in limits.items() if value is not None}
+        return command(limits=asked, **given)
+
+    return _with(LIMIT_OPTIONS, with_limits)
 
 
 def say_sandbox() -> None:
@@ -194,17 +207,11 @@ def isolation_options(*, by_default: bool = False) -> Decorator:
 
     def decorator(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
-        def with_isolation(
-            isolate: bool,
-            memory_limit: float | None,
-            call_limit: float | None,
-            total_limit: float | None,
-            **given: Any,
-        ) -> Any:
-            chosen = Isolation(isolate, memory_limit, call_limit, total_limit)
-            return command(isolation=chosen, **given)
+        def with_isolation(isolate: bool, limits: Mapping[str, float], **given: Any) -> Any:
+            return command(isolation=Isolation(isolate, limits), **given)
 
-        return _with((isolate_option(by_default=by_default), *LIMIT_OPTIONS), with_isolation)
+        limited = limit_options(with_isolation)
+        return _with((isolate_option(by_default=by_default),), limited)
 
     return decorator
 

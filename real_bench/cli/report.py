@@ -34,6 +34,7 @@ Example:
 @click.option(
     "--videos", type=options.FILE, metavar="DIR", help="Films of the trials of the only result."
 )
+@click.option("--released", is_flag=True, help="Show goals that were drawn to be secret.")
 @options.overwrite_option
 def report(
     files: tuple[Path, ...],
@@ -41,6 +42,7 @@ def report(
     title: str,
     goals: tuple[Path, ...],
     videos: Path | None,
+    released: bool,
     overwrite: bool,
 ) -> None:
     """Make one HTML file that shows what was done, and works offline and on a phone.
@@ -53,20 +55,32 @@ def report(
     from real_bench.report import write_report
 
     check_output(out, overwrite=overwrite)
-    made = _made(files, title, goals, videos)
+    made = _made(files, title, goals, videos, released=released)
     write_report(made, out)
     for remark in made.remarks:
         say(f"realbench: {remark}", err=True)
     say(f"report: {out}")
 
 
-def _made(files: Sequence[Path], title: str, goals: Sequence[Path], videos: Path | None) -> Report:
+def _made(
+    files: Sequence[Path],
+    title: str,
+    goals: Sequence[Path],
+    videos: Path | None,
+    *,
+    released: bool,
+) -> Report:
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.report.making import ReportFiles, make_report
 
     found = kinds.by_kind(files, kinds.EXPERIMENT, kinds.RECORDING, kinds.RESULT)
     sources = ReportFiles(
-        found[kinds.EXPERIMENT], found[kinds.RECORDING], found[kinds.RESULT], goals, videos
+        found[kinds.EXPERIMENT],
+        found[kinds.RECORDING],
+        found[kinds.RESULT],
+        goals,
+        videos,
+        released,
     )
     with ProgressDisplay("picturing results", "results", len(sources.results)) as display:
         return make_report(sources, title, display.update)

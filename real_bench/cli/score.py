@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,11 @@ Example:
       --junit junit.xml --markdown "$GITHUB_STEP_SUMMARY"
   realbench score score.json --min 0.2
   realbench score 'results/*.json' --baseline best.json --goals goals.npy
+
+\b
+Exit code: 0 passed; 3 a bad submission: a check fails, or it cannot be loaded; 4 the controller
+failed: it raised an error, took too long or too much, or broke a rule; 1, 2 the job is broken.
+In JUnit XML a 3 is a failure, a 4 an error; a broken job writes none.
 """
 
 NOT_PASSED = 3
@@ -66,7 +72,7 @@ def score(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Judge a controller, or the results of one; exits with 3 where a check fails.
+    """Judge a controller, or the results of one, for CI: see the exit codes below.
 
     With --controller or --run it is tested first, as by `realbench extrinsic`, but isolated: made
     for submissions, which are code from strangers. Else FILES are results, folders of results, or
@@ -102,12 +108,14 @@ def score(
     if files:
         results = [result for each in files for result in read_results(each)]
     else:
+        began = time.monotonic()
         written = [None if baseline is None else Path(baseline), markdown, junit]
         try:
             given |= {"secrets": written, "overwrite": overwrite, "allow_part": allow_part}
             results = [_tested(quiet=as_json, **given)]
         except ControllerError as error:
-            publish(*verdicts.failure(str(error)))
+            if error.exit_code != ControllerError.exit_code:  # else the job is broken
+                publish(*verdicts.failure(error, time.monotonic() - began))
             raise
     goals, sizes = _goal_sets(given["goals"], results)
     verdict = verdicts.judge(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,12 +11,13 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
+from real_bench.cli.working import with_progress
 from real_bench.errors import ExperimentError, in_short
 
 if TYPE_CHECKING:
     from real_bench.experiments import Spec
     from real_bench.experiments.plan import PendingJobs
-    from real_bench.experiments.running import Experiment
+    from real_bench.experiments.scheduler import Failure
     from real_bench.experiments.scores import Row
 
 EPILOG = """\b
@@ -23,10 +25,10 @@ Example:
   realbench table mine.yaml --init                        # write one to begin with
   realbench table mine.yaml                               # make what is missing, print the table
   realbench table evaluation/paper.yaml --format markdown
+  realbench table theirs.yaml --isolate --call-limit 600 --total-limit 7200
   realbench table mine.yaml --scheduler tcp://10.0.0.1:8786
 """
 FORMATS = ("text", "markdown", "latex")
-NAMES_SHOWN = 2
 
 
 @click.command(epilog=EPILOG)
@@ -45,7 +47,7 @@ NAMES_SHOWN = 2
     is_flag=True,
     help="Go on with plays that were cut; else they begin anew, so that every number is the same.",
 )
-@options.isolate_option()
+@options.isolation_options()
 @options.overwrite_option
 @options.json_option
 def table(
@@ -56,7 +58,7 @@ def table(
     scheduler: str | None,
     form: str,
     resume: bool,
-    isolate: bool,
+    isolation: options.Isolation,
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -68,25 +70,28 @@ def table(
     """
     from real_bench.experiments import read_spec
     from real_bench.experiments.running import Experiment
+    from real_bench.sandbox import Limits
 
     if init:
         _begin(spec, overwrite=overwrite)
         return
-    experiment = Experiment(read_spec(spec), jobs, scheduler, isolate)
+    isolation.check()
+    limits = Limits(**isolation.limits)
+    experiment = Experiment(read_spec(spec), jobs, scheduler, isolation.isolate, limits)
     wanted = experiment.spec.run if run is None else run
-    if isolate:
+    if isolation.isolate:
         options.say_sandbox()
-    failures: dict[str, str] = {}
+    failures: dict[str, Failure] = {}
     if wanted:
         with experiment.own_folder():
             experiment.prepare()
             work = experiment.missing(go_on=resume, overwrite=overwrite)
             if len(work):
                 experiment.check(work)
-                failures = _make(experiment, work)
+                failures = with_progress(work, partial(experiment.make, work))
     _show(experiment.spec, experiment.rows(), "json" if as_json else form)
     if failures:
-        raise ExperimentError(in_short(list(failures.values())))
+        raise ExperimentError(in_short([failure.told for failure in failures.values()]))
     if not wanted:
         _tell_missing(experiment.missing(), spec)
 
@@ -97,30 +102,6 @@ def _begin(spec: Path, *, overwrite: bool) -> None:
 
     write_template(spec, overwrite=overwrite)
     say(f"{spec} is an experiment to begin with: make its table by `realbench table {spec}`")
-
-
-def _make(experiment: Experiment, work: PendingJobs) -> dict[str, str]:
-    """Have the work done, with progress shown; gives why jobs were not done, by name."""
-    from real_bench.cli.progress import ProgressDisplay
-    from real_bench.experiments.scheduler import ExperimentProgress
-
-    say(
-        f"{len(work.plays)} plays and {len(work.scorings)} tests to do, "
-        f"{work.n_steps:,} steps in all",
-        err=True,
-    )
-    with ProgressDisplay("simulating", "steps", work.n_steps) as display:
-
-        def update(progress: ExperimentProgress) -> None:
-            now = ", ".join(progress.running[:NAMES_SHOWN])
-            more = len(progress.running) - NAMES_SHOWN
-            doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
-            if progress.waits_for:
-                doing = f"waiting for {progress.waits_for}"
-            note = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
-            display.update(progress.n_steps, note)
-
-        return experiment.make(work, update)
 
 
 def _show(spec: Spec, rows: list[Row], form: str) -> None:

@@ -21,18 +21,29 @@ Example:
   realbench verify score.json --jobs 2
   realbench verify score.json --goals goals.npy --run run.h5 --controller mine.py
   realbench verify run.h5 --steps 200000
+  realbench verify mailed/ --goals goals.npy --relearn 5
 
 \b
 Exit code: 0 verified; 4 does not verify; 5 made with other physics, cannot be judged here;
-1 cannot be read or replayed at all.
+1 cannot be read or replayed at all. Of a folder: 0 all verify; 4 one does not; 5 one cannot be
+judged here.
 """
 
 DOES_NOT_VERIFY, OTHER_PHYSICS = 4, 5
 HDF5 = b"\x89HDF"
 
-OF_RESULTS = ("goals", "run", "controller", "may_be_incomplete", "jobs")
-OF_RECORDINGS = ("n_steps", "images")
-OPTIONS = {"n_steps": "--steps", "may_be_incomplete": "--allow-incomplete"}
+KINDS: dict[str, tuple[str, ...]] = {
+    "result": ("goals", "run", "controller", "may_be_incomplete", "jobs"),
+    "recording": ("n_steps", "images"),
+    "folder": ("goals", "may_be_incomplete", "jobs", "n_steps", "n_again", "play_again"),
+}
+"""What can be verified, and the options that are for it."""
+OPTIONS = {
+    "n_steps": "--steps",
+    "may_be_incomplete": "--allow-incomplete",
+    "n_again": "--relearn",
+    "play_again": "--play-again",
+}
 
 
 @click.command(epilog=EPILOG)
@@ -56,23 +67,47 @@ OPTIONS = {"n_steps": "--steps", "may_be_incomplete": "--allow-incomplete"}
     help="Replay N steps of a recording. [default: all]",
 )
 @click.option("--images", is_flag=True, default=None, help="Compare a recording's images, too.")
+@click.option(
+    "--relearn",
+    "n_again",
+    type=click.IntRange(min=0),
+    metavar="N",
+    help="In a folder, have each submission, isolated, learn and act again on N goals; 0: run no "
+    "submission. [default: 2]",
+)
+@click.option(
+    "--play-again",
+    is_flag=True,
+    default=None,
+    help="In a folder, have each submission play again, which takes as long as it did.",
+)
 @options.scene_option
+@options.limit_options
 @options.json_option
-def verify(file: Path, scene: str | None, as_json: bool, **given: Any) -> None:
-    """Prove a result (.json) or a recording (.h5) by replaying it.
+def verify(
+    file: Path, scene: str | None, limits: dict[str, float], as_json: bool, **given: Any
+) -> None:
+    """Prove a result (.json) or a recording (.h5) by replaying it, or all bundles in a folder.
 
     The recorded commands are executed in a clean simulation; poses and scores must come out as
     recorded, to the last bit; with other physics than that of this machine (`realbench doctor`), to
     a millimetre. What this proves and what it does not is in docs/verification.md.
+
+    A bundle is what somebody mails in: a result, the recording that it learned from, and the
+    submission. It is checked as a whole: the same code and settings played and were tested, play
+    and trials replay, and the submission learns and acts alike again. In a round's results each
+    verdict is kept for the leaderboard.
     """
-    is_recording = _is_recording(file)
-    mine, others = (OF_RECORDINGS, OF_RESULTS) if is_recording else (OF_RESULTS, OF_RECORDINGS)
-    for name in others:
-        if given[name] is not None:
-            kind = "recording" if is_recording else "result"
+    kind = _kind(file)
+    for name, value in given.items():
+        if value is not None and name not in KINDS[kind]:
             raise click.UsageError(f"{OPTIONS.get(name, '--' + name)} is not for a {kind}: {file}")
-    wanted = {name: given[name] for name in mine if given[name] is not None}
-    verdict = _verdict(file, is_recording, scene=scene, **wanted)
+    wanted = {name: value for name, value in given.items() if value is not None}
+    if kind == "folder":
+        return _verify_folder(file, as_json, limits, scene=scene, **wanted)
+    if limits:
+        raise click.UsageError("limits are for the submissions of a folder, which alone are run")
+    verdict = _verdict(file, kind == "recording", scene=scene, **wanted)
     say(json.dumps(verdict.to_json()) if as_json else "\n".join(verdict.lines()))
     if verdict.is_undecided:
         sys.exit(OTHER_PHYSICS)
@@ -80,12 +115,27 @@ def verify(file: Path, scene: str | None, as_json: bool, **given: Any) -> None:
         sys.exit(DOES_NOT_VERIFY)
 
 
-def _is_recording(file: Path) -> bool:
-    """By its first bytes; by its name where there are none."""
+def _verify_folder(folder: Path, as_json: bool, limits: dict[str, float], **wanted: Any) -> None:
+    from real_bench.cli.verifying import verify_folder
+    from real_bench.sandbox import Limits
+
+    if wanted.get("n_again", 1) or wanted.get("play_again"):
+        options.say_sandbox()
+    verdicts = verify_folder(folder, as_json=as_json, limits=Limits(**limits), **wanted)
+    if any(not verdict.holds and not verdict.is_undecided for verdict in verdicts):
+        sys.exit(DOES_NOT_VERIFY)
+    if not all(verdict.holds for verdict in verdicts):
+        sys.exit(OTHER_PHYSICS)
+
+
+def _kind(file: Path) -> str:
+    """A folder, or by its first bytes; by its name where there are none."""
+    if file.is_dir():
+        return "folder"
     if not file.is_file():
-        return file.suffix in (".h5", ".hdf5")
+        return "recording" if file.suffix in (".h5", ".hdf5") else "result"
     with file.open("rb") as opened:
-        return opened.read(len(HDF5)) == HDF5
+        return "recording" if opened.read(len(HDF5)) == HDF5 else "result"
 
 
 def _verdict(file: Path, is_recording: bool, **wanted: Any) -> RecordingVerdict | ResultVerdict:

@@ -13,7 +13,7 @@ from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import as_validated, merged
-from real_bench.source import ControllerSource, is_code_of, is_installed
+from real_bench.source import ControllerSource, is_code_of, is_installed, recorded_as
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,9 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[st
 
 def _controller_misfits(job: Job, named: str, sha256: str) -> list[str]:
     """A file is told by its name and content, for it may have come from another folder."""
-    if without_folder(named) != without_folder(job.controller):
-        return _differences({"controller": named}, {"controller": job.controller})
+    asked = recorded_as(job.controller)
+    if without_folder(named) != without_folder(asked):
+        return _differences({"controller": named}, {"controller": asked})
     source = ControllerSource.of(job.controller)
     if source.file is not None and not is_code_of(source, sha256):
         return [f"{source.file.name}, or what lies beside it, as it was before it was changed"]

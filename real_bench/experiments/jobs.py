@@ -14,10 +14,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from real_bench.conditions import Condition
-from real_bench.errors import ControllerError, RealBenchError, ResultError, in_short
+from real_bench.errors import (
+    ControllerError,
+    ExperimentError,
+    RealBenchError,
+    ResultError,
+    in_short,
+)
 from real_bench.phases.activity import Activity, unwatched
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
+from real_bench.sandbox.limits import Limits
 
 if TYPE_CHECKING:
     from real_bench.scoring.result import Result
@@ -45,6 +52,7 @@ class _Job(BaseModel, ABC):
         scene_name: what the scene, which may be told by its manifest, calls itself.
         out: the file it writes.
         isolate: have the controller in a process of its own, in a sandbox.
+        limits: what an isolated controller may use up.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -59,20 +67,21 @@ class _Job(BaseModel, ABC):
     settings: dict[str, Any]
     out: Path
     isolate: bool = False
+    limits: Limits = Limits()
 
     @property
     def backend(self) -> ControllerBackend:
         """Where its controller runs: not where it can read what is written, or its goals.
 
-        Raises ControllerError where this machine, which may be far away, cannot see to that.
+        Raises ExperimentError where this machine, which may be far away, cannot see to that.
         """
         if not self.isolate:
             return LocalBackend()
         from real_bench.sandbox import SandboxBackend
 
-        backend = SandboxBackend((self.out.parent, *self.inputs.values()))
+        backend = SandboxBackend((self.out.parent, *self.inputs.values()), self.limits)
         if not backend.support.keep_files:
-            raise ControllerError(
+            raise ExperimentError(
                 f"{self.controller} cannot be isolated on {platform.node()}: install bubblewrap"
             )
         return backend

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from real_bench.experiments.job_state import JobState, not_of_this, refusal, state_of
 from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
 from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
+from real_bench.sandbox.limits import Limits
 
 _T = TypeVar("_T", PlayJob, ScoringJob)
 
@@ -60,11 +61,12 @@ class ExperimentPlan:
     Args:
         spec: the experiment.
         isolate: have every controller in a process of its own, in a sandbox.
+        limits: what an isolated controller may use up.
     """
 
-    def __init__(self, spec: Spec, *, isolate: bool = False) -> None:
+    def __init__(self, spec: Spec, *, isolate: bool = False, limits: Limits | None = None) -> None:
         self._spec = spec
-        self._isolate = isolate
+        self._isolate, self._limits = isolate, limits or Limits()
         self._states: dict[Path, JobState] = {}
 
     def state(self, job: Job) -> JobState:
@@ -167,6 +169,7 @@ class ExperimentPlan:
             "settings": who.settings,
             "out": self._spec.results_folder / f"{name}{suffix}",
             "isolate": self._isolate,
+            "limits": self._limits,
         }
 
     def _left(self, jobs: Sequence[_T], overwrite: bool) -> list[_T]:

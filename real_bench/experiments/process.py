@@ -18,7 +18,19 @@ WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import
 
 
 class JobFailedError(RealBenchError):
-    """A job cannot be done; trying again would not help."""
+    """A job cannot be done; trying again would not help.
+
+    Args:
+        told: why.
+        kind: the name of the error's class.
+    """
+
+    def __init__(self, told: str, kind: str = "") -> None:
+        super().__init__(told, kind)  # both, so that it survives the way from a cluster's worker
+        self.kind = kind
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class WorkerLostError(RealBenchError):
@@ -54,7 +66,7 @@ class Processes:
                 self._running.discard(process)
                 process.kill()
         if "failed" in ended:
-            raise JobFailedError(f"{job.name}: {ended['failed']}")
+            raise JobFailedError(f"{job.name}: {ended['failed']}", str(ended.get("kind", "")))
         if "finished" not in ended:
             raise WorkerLostError(f"{job.name}: its process died ({_cause(process.returncode)})")
 

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 from real_bench.errors import ExperimentError, Interrupted
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
-from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
+from real_bench.experiments.scheduler import ExperimentProgress, Failure, JobScheduler
 from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.spec import Spec
 from real_bench.files import OutputError
 from real_bench.goal_sets import load_goal_set
 from real_bench.locks import write_lock
+from real_bench.sandbox.limits import Limits
 from real_bench.simulation import load_scene
 from real_bench.source import ControllerSource
 
@@ -33,13 +34,15 @@ class Experiment:
         spec: what it is.
         n_at_once: how many jobs at once; as many as there are cores where None.
         scheduler: the address of a Dask scheduler; processes of this machine where None.
-        isolate: whether controllers that are not installed are isolated.
+        isolate: whether controllers are isolated.
+        limits: what an isolated controller may use up.
     """
 
     spec: Spec
     n_at_once: int | None = None
     scheduler: str | None = None
     isolate: bool = False
+    limits: Limits | None = None
 
     def prepare(self) -> None:
         """Draw missing goals, and find out before any work is done whether all is as it must be.
@@ -60,9 +63,7 @@ class Experiment:
             go_on: go on with plays that were cut, which are then not bit for bit the same.
             overwrite: make anew what is there and is not of this experiment.
         """
-        return ExperimentPlan(self.spec, isolate=self.isolate).left(
-            go_on=go_on, overwrite=overwrite
-        )
+        return self._plan().left(go_on=go_on, overwrite=overwrite)
 
     def check(self, work: PendingJobs) -> None:
         """Have every controller play a few steps before any work is done.
@@ -86,7 +87,7 @@ class Experiment:
             told = str(error).removeprefix(f"{check.name}: ")
             raise ExperimentError(f"before any work: {told}") from error
 
-    def make(self, work: PendingJobs, update: Update) -> dict[str, str]:
+    def make(self, work: PendingJobs, update: Update) -> dict[str, Failure]:
         """Have it done; gives why jobs were not, by name.
 
         Raises:
@@ -101,7 +102,7 @@ class Experiment:
 
     def rows(self) -> list[Row]:
         """The table, as far as it is made; raises ExperimentError."""
-        return rows_of(self.spec, ExperimentPlan(self.spec, isolate=self.isolate))
+        return rows_of(self.spec, self._plan())
 
     @contextlib.contextmanager
     def own_folder(self) -> Iterator[None]:
@@ -114,12 +115,15 @@ class Experiment:
         with write_lock(folder / "table"):
             yield
 
+    def _plan(self) -> ExperimentPlan:
+        return ExperimentPlan(self.spec, isolate=self.isolate, limits=self.limits)
+
     def _check_controllers(self) -> None:
         spec = self.spec
         played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
         for named in {*played, *(cell.controller for cell in spec.cells)}:
             ControllerSource.of(spec.controller(named)).code_files()
-        ExperimentPlan(spec, isolate=self.isolate).check_settings()
+        self._plan().check_settings()
 
     def _check_goals(self) -> None:
         spec = self.spec

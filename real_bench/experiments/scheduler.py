@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
@@ -14,6 +15,26 @@ from real_bench.experiments.process import JobFailedError, WorkerLostError
 
 ATTEMPTS = 3
 SECONDS_BETWEEN_UPDATES = 0.5
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a job was not done.
+
+    Attributes:
+        told: in a line.
+        kind: the name of the error's class; empty where its process was lost, or where it waited
+            for another job.
+        seconds: how long it was tried.
+    """
+
+    told: str
+    kind: str = ""
+    seconds: float = 0.0
+
+
+OnFailure = Callable[[Job, Failure], None]
+"""Told of a failure at once, so that it can be kept before anything else goes wrong."""
 
 
 class JobRunner(Protocol):
@@ -66,17 +87,23 @@ class JobScheduler:
     def __init__(self, workplace: JobRunner, n_at_once: int) -> None:
         self._workplace, self._n_at_once = workplace, n_at_once
 
-    def do(self, work: PendingJobs, update: Callable[[ExperimentProgress], None]) -> dict[str, str]:
+    def do(
+        self,
+        work: PendingJobs,
+        update: Callable[[ExperimentProgress], None],
+        on_failure: OnFailure = lambda job, failure: None,
+    ) -> dict[str, Failure]:
         """Do all that can be done.
 
         Args:
             work: the jobs.
             update: told from time to time how far they have come.
+            on_failure: told of each failure.
 
         Returns:
             Why jobs were not done, by name; a test whose play failed is among them.
         """
-        shift = _Shift(work)
+        shift = _Shift(work, on_failure)
         with ThreadPoolExecutor(self._n_at_once) as pool:
             try:
                 running: dict[Future[None], Job] = {}
@@ -106,7 +133,9 @@ class JobScheduler:
 class _Shift:
     """What is ready to be done, what waits for it, and how far each job has come."""
 
-    def __init__(self, work: PendingJobs) -> None:
+    def __init__(self, work: PendingJobs, on_failure: OnFailure) -> None:
+        self._on_failure = on_failure
+        self._began: dict[str, float] = {}
         to_play = {job.name for job in work.plays}
         free = [job for job in work.scorings if job.play not in to_play]
         self.ready: deque[Job] = deque([*work.plays, *free])
@@ -114,10 +143,11 @@ class _Shift:
         self._steps: dict[str, int] = {}
         self._busy: dict[str, str] = {}
         self._n_ended = 0
-        self.failures: dict[str, str] = {}
+        self.failures: dict[str, Failure] = {}
 
     def reporter(self, job: Job) -> OnSteps:
-        """What the job is to tell of its steps."""
+        """What the job, which now begins, is to tell of its steps."""
+        self._began[job.name] = time.monotonic()
 
         def report(done: int, busy: str = "") -> None:
             self._steps[job.name], self._busy[job.name] = done, busy
@@ -140,10 +170,16 @@ class _Shift:
             return
         if not isinstance(error, JobFailedError | WorkerLostError):
             raise error
-        self.failures[job.name] = str(error)
+        kind = error.kind if isinstance(error, JobFailedError) else ""
+        seconds = time.monotonic() - self._began[job.name]
+        self._fail(job, Failure(str(error), kind, seconds))
         for follower in followers:
             self._n_ended += 1
-            self.failures[follower.name] = f"{follower.name}: {job.name} failed"
+            self._fail(follower, Failure(f"{follower.name}: {job.name} failed"))
+
+    def _fail(self, job: Job, failure: Failure) -> None:
+        self.failures[job.name] = failure
+        self._on_failure(job, failure)
 
     def progress(self, running: list[str], waits_for: str) -> ExperimentProgress:
         """How far all have come."""

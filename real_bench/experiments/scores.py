@@ -27,6 +27,7 @@ class Row:
 
     Attributes:
         cell: what was asked for.
+        label: what it is called; a submission by its name.
         n_asked: how many repeats.
         seeds: of the repeats that are done.
         files: their results.
@@ -37,6 +38,7 @@ class Row:
     """
 
     cell: Cell
+    label: str
     n_asked: int
     seeds: tuple[int, ...]
     files: tuple[Path, ...]
@@ -112,6 +114,7 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
     unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
     return Row(
         cell=cell,
+        label=spec.label(cell),
         n_asked=len(spec.seeds(cell)),
         seeds=tuple(seeds),
         files=tuple(files),

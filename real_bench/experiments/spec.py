@@ -20,6 +20,7 @@ from real_bench.errors import ExperimentError, RealBenchError, faults
 from real_bench.files import check_output, write_whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.nearest import did_you_mean, what_there_is
+from real_bench.source import MANIFEST, ControllerSource
 from real_bench.yaml_files import read_mapping
 
 TEMPLATE = Path(__file__).with_name("template.yaml")
@@ -223,9 +224,17 @@ class Spec(_Record):
         return f"{cell.play}-{cell.objects}", self.plays[cell.play]
 
     def controller(self, named: str) -> str:
-        """A controller as it is found from anywhere: a file's path is relative to the spec."""
+        """A controller as it is found from anywhere: what has a path is relative to the spec."""
         target, colon, kind = named.partition(":")
-        return f"{self.folder / target}{colon}{kind}" if target.endswith(".py") else named
+        has_path = target.endswith(".py") or (self.folder / target / MANIFEST).is_file()
+        return f"{self.folder / target}{colon}{kind}" if has_path and target else named
+
+    def label(self, cell: Cell) -> str:
+        """What a cell is called: a submission that has no other name by its own."""
+        found = self.controller(cell.controller)
+        same = found == cell.controller or cell.label != _short(cell.controller)
+        source = None if same else ControllerSource.of(found)
+        return cell.label if source is None or not source.submission else source.submission.name
 
 
 def read_spec(path: Path) -> Spec:

@@ -105,7 +105,7 @@ def cells(row: Row) -> list[str]:
     cell, summary = row.cell, row.summary
     done = f"{len(row.seeds)} of {row.n_asked}{MIXED if mixture(row.physics) else ''}"
     lines = [
-        cell.label,
+        row.label,
         cell.condition,
         str(cell.objects),
         done,

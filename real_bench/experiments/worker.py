@@ -84,6 +84,6 @@ def main() -> None:
         job.do(channel.report, channel.activity)
     except RealBenchError as error:
         traceback.print_exc()  # into the job's log
-        channel.tell(failed=str(error))
+        channel.tell(failed=str(error), kind=type(error).__name__)
     else:
         channel.tell(finished=True)

@@ -24,6 +24,9 @@ CHALLENGES = ("2D", "2.5D", "3D")
 NO_BODY = -1  # in a mask: no body in this pixel
 LARGEST_BODY_ID = 254  # a mask must fit in eight bits beside "no body"
 LARGEST_SEED = 2**63 - 1
+UNKNOWN_SEED = -1
+SECRET = "-secret"
+"""Ends the name of the generator of goals that are to be kept secret."""
 MAX_PIXELS = 2**26  # of all goals together; their three images take ten bytes a pixel
 QUATERNION_TOLERANCE = 1e-3
 
@@ -145,6 +148,11 @@ class GoalSet:
         return len(self.object_names)
 
     @property
+    def is_secret(self) -> bool:
+        """Whether it was drawn to be kept secret until it is opened."""
+        return self.generator.endswith(SECRET)
+
+    @property
     def classes(self) -> tuple[str, ...]:
         """The challenge of each goal."""
         return tuple(goal.challenge for goal in self.goals)
@@ -192,7 +200,7 @@ class GoalSet:
         _check_text("scene_sha256", self.scene_sha256, _SHA256)
         if len(set(self.object_names)) < len(self.object_names) or not self.object_names:
             raise GoalSetError(f"objects {', '.join(self.object_names) or 'none'}: name each once")
-        if not -1 <= self.seed <= LARGEST_SEED:
+        if not UNKNOWN_SEED <= self.seed <= LARGEST_SEED:
             raise GoalSetError(f"seed {self.seed}: use 0 to 2**63 - 1, or -1 where it is unknown")
 
 

@@ -12,7 +12,6 @@ from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.locks import write_lock
-from real_bench.naming import shareable_name
 from real_bench.phases.activity import Activity, unwatched
 from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.proxy import ControllerProxy, Identity
@@ -22,6 +21,7 @@ from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, run_versions
 from real_bench.scoring.commands import LONGEST_TRIAL
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
+from real_bench.source import recorded_as
 
 OnTrial = Callable[[Result], None]
 
@@ -185,7 +185,7 @@ class ExtrinsicPhase:
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
-            controller=shareable_name(plan.controller),
+            controller=recorded_as(plan.controller),
             controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             learned=learned,

@@ -86,16 +86,16 @@ def check_films() -> None:
 
 
 @contextmanager
-def filmed(task: Task, goal: Goal, folder: Path | None, number: int) -> Iterator[None]:
-    """Film a trial, where a folder is given. Filming changes nothing in it.
+def filmed(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[None]:
+    """Film a trial, where a path is given. Filming changes nothing in it.
 
     Beside what the camera sees is the goal; above them the condition, the step, the goal's number
     and class, and the score as it would be now.
     """
-    if folder is None:
+    if path is None:
         yield
         return
-    film = Film(folder / f"trial-{number:02d}.mp4")
+    film = Film(path)
     wanted = goal.final_poses[:, :3]
 
     def shoot() -> None:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
-from real_bench.naming import shareable_name
 from real_bench.phases.activity import LEARNING, Activity, unwatched
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import at_play
@@ -39,7 +38,7 @@ from real_bench.recording import (
     run_versions,
 )
 from real_bench.simulation.scene import Scene
-from real_bench.source import resolved
+from real_bench.source import recorded_as, resolved
 from real_bench.task import Task
 
 
@@ -193,7 +192,7 @@ class IntrinsicPhase:
             scene_source=self.scene.source,
             scene_sha256=self.scene.sha256,
             seed=self.seed,
-            controller=shareable_name(self.controller),
+            controller=recorded_as(self.controller),
             controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.code_sha256,

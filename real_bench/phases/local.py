@@ -29,7 +29,7 @@ from real_bench.logbook import Entry, take_entries
 from real_bench.observation import Observation
 from real_bench.phases.proxy import NO_FILES, Identity, Terms, fault
 from real_bench.recording import ControllerState, Experience
-from real_bench.settings import check_settings, settings_in_full
+from real_bench.settings import check_settings, merged, settings_in_full
 from real_bench.source import ControllerSource
 
 OFFICIAL_HOOKS = frozenset(
@@ -45,7 +45,8 @@ class LocalBackend:
 
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
-        return identify(find_controller(spec), ControllerSource.of(spec), settings)
+        kind, source = _loaded(spec)
+        return identify(kind, source, settings)
 
     def proxy(
         self,
@@ -60,7 +61,20 @@ class LocalBackend:
                 f"controller {spec}: it played in isolation and wrote {', '.join(sorted(files))} "
                 "there: use --isolate, so that it finds that again"
             )
-        return LocalProxy(ControllerSource.of(spec), find_controller(spec), settings, task)
+        kind, source = _loaded(spec)
+        return LocalProxy(source, kind, settings, task)
+
+
+def _loaded(spec: str) -> tuple[type[Any], ControllerSource]:
+    """A controller's class, and its source; its packages are there before it is imported."""
+    source = ControllerSource.of(spec)
+    if source.submission is not None:
+        from real_bench.competition.requirements import packages_of
+
+        packages = packages_of(source.submission)
+        if packages is not None and str(packages) not in sys.path:
+            sys.path.append(str(packages))
+    return find_controller(spec), source
 
 
 def identify(
@@ -76,7 +90,11 @@ def identify(
         learns_across_trials=_learns_across_trials(kind),
         learns_from_experience=has_own(kind, "use_experience"),
         hands_over_state=has_own(kind, "get_state"),
-        settings={} if settings is None else settings_in_full(kind, source.spec, settings),
+        settings=(
+            {}
+            if settings is None
+            else settings_in_full(kind, source.spec, merged(source.settings, settings))
+        ),
     )
 
 
@@ -108,7 +126,7 @@ class LocalProxy:
         space = (
             official_space(terms.observation_space) if self._official else terms.observation_space
         )
-        checked = check_settings(kind, self.spec, settings)
+        checked = check_settings(kind, self.spec, merged(source.settings, settings))
         arguments = (self._action_space, space, *([checked] if checked else []))
         self._check_signature(kind, arguments)
         self._controller = self._guarded(kind, *arguments)

@@ -19,7 +19,7 @@ from real_bench.phases.trial import TrialPlan
 from real_bench.recording import Header, Recording
 from real_bench.settings import Values, merged
 from real_bench.simulation import DEFAULT_SCENE, Scene, load_scene
-from real_bench.source import resolved
+from real_bench.source import ControllerSource, resolved
 
 DEFAULT_CONDITION = "IM"
 
@@ -65,6 +65,8 @@ def plan_play(
     chosen = {**known, **{key: value for key, value in given.items() if value is not None}}
     if chosen["controller"] is None:
         raise RealBenchError("a controller is missing (try --controller real_r)")
+    if known is NEW_RUN and given.get("condition") is None:
+        chosen["condition"] = _condition_of(chosen["controller"])
     chosen["settings"] = merged(known["settings"], settings or {})
     chosen["condition"] = Condition.parse(chosen["condition"])
     chosen["scene"] = load_scene(chosen["scene"])
@@ -115,7 +117,7 @@ def plan_test(
     if scene is None:
         scene = header.scene_source if header else DEFAULT_SCENE
     if condition is None:
-        condition = header.condition if header else DEFAULT_CONDITION
+        condition = header.condition if header else _condition_of(controller)
     loaded = load_scene(scene)
     loaded.object_names(n_objects)
     wanted = Condition.parse(condition)
@@ -160,6 +162,12 @@ def plan_test_after(
         settings=phase.settings,
         backend=phase.backend,
     )
+
+
+def _condition_of(controller: str | None) -> str:
+    """The condition that a submission is made for, or the default one."""
+    submission = None if controller is None else ControllerSource.of(controller).submission
+    return DEFAULT_CONDITION if submission is None else submission.condition
 
 
 def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:

@@ -12,7 +12,7 @@ from gymnasium import spaces
 
 from real_bench.actions import Action, Command
 from real_bench.controls import Control
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerFailedError
 from real_bench.explanation import Explanation
 from real_bench.logbook import Entry
 from real_bench.observation import Observation
@@ -144,6 +144,6 @@ def closed_on_error(proxy: ControllerProxy) -> Iterator[ControllerProxy]:
         raise
 
 
-def fault(proxy: ControllerProxy, what: str) -> ControllerError:
+def fault(proxy: ControllerProxy, what: str) -> ControllerFailedError:
     """An error that names the controller."""
-    return ControllerError(f"controller {proxy.spec}: {what}")
+    return ControllerFailedError(f"controller {proxy.spec}: {what}")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
-from real_bench.errors import PhysicsError, RealBenchError
+from real_bench.errors import ControllerFailedError, PhysicsError, RealBenchError
 from real_bench.files import check_folder, write_whole
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.activity import LEARNING, PLANNING, Activity, unwatched
@@ -141,8 +141,8 @@ class TrialMaker:
         began = time.monotonic()
         try:
             result = self._trial(number)
-        except PhysicsError as error:
-            raise PhysicsError(f"goal {number}: {error}") from error
+        except (PhysicsError, ControllerFailedError) as error:
+            raise type(error)(f"goal {number}: {error}") from error
         return result, time.monotonic() - began
 
     def close(self) -> None:
@@ -168,7 +168,8 @@ class TrialMaker:
         task.begin(goal)
         start = task.simulation.image().retina if plan.pictures else None
         proxy.seed(derived_seed(plan.seed, number))
-        with filmed(task, goal, plan.videos, number):
+        film = plan.videos / f"trial-{number:02d}.mp4" if plan.videos else None
+        with filmed(task, goal, film, number):
             proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
             player = at_play(proxy, task, partial(self._activity, PLANNING))

@@ -30,6 +30,7 @@ class ReportFiles:
         recordings, results: which are shown, and drawn.
         goals: goal sets that were tested, for their pictures; the shipped ones are known.
         videos: the folder with films of the trials of the only result.
+        released: whether goals that were drawn to be secret may be shown.
     """
 
     experiments: Sequence[Path] = ()
@@ -37,6 +38,7 @@ class ReportFiles:
     results: Sequence[Path] = ()
     goals: Sequence[Path] = ()
     videos: Path | None = None
+    released: bool = False
 
     def __post_init__(self) -> None:
         if self.videos is not None and len(self.results) != 1:
@@ -50,6 +52,12 @@ def make_report(
     tables = [_table(path) for path in files.experiments]
     plays = [read_played(path) for path in files.recordings]
     sets = _goal_sets(files.goals, files.results)
+    for file, goal_set in sets:
+        if goal_set.is_secret and not files.released:
+            raise GoalSetError(
+                f"the goals in {file} are secret, and a report would show them: say --released "
+                "once everybody may see them"
+            )
     tests: list[Tested] = []
     for path in files.results:
         progress(len(tests), path.name)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from real_bench.errors import ControllerError
+from real_bench.competition.requirements import packages_of
+from real_bench.errors import BrokenRuleError, ControllerError
 from real_bench.phases.proxy import NO_FILES, Identity
 from real_bench.quoting import printable
 from real_bench.sandbox.limits import Limits
@@ -66,7 +67,8 @@ class SandboxBackend:
         return SandboxProxy(spec, identity, task.control, client)
 
     def _begun(self, source: ControllerSource) -> RpcClient:
-        visible = visible_files(source, self.secrets)
+        packages = None if source.submission is None else packages_of(source.submission)
+        visible = visible_files(source, self.secrets, packages)
         visible.check_hides(self.secrets)
         return RpcClient(source.spec, visible, self.limits, self.support)
 
@@ -77,7 +79,8 @@ def _identity(
     try:
         encode(settings)
     except MessageError as error:
-        raise client.fault(f"its settings must be plain values: {error}") from error
+        told = f"its settings must be plain values: {error}"
+        raise client.fault(told, ControllerError) from error
     match client.ask("identity", source.spec, resolved(source.spec), settings):
         case {
             "class_name": str(name),
@@ -100,4 +103,4 @@ def _identity(
                 hands_over_state=hands_over_state,
                 settings=settings,
             )
-    raise ControllerError(f"controller {source.spec}: its process does not say what it is")
+    raise client.fault("its process does not say what it is", BrokenRuleError)

@@ -26,6 +26,7 @@ from real_bench.phases.local import LocalProxy, identify
 from real_bench.recording import Experience
 from real_bench.recording.state import restore_state, strip_state
 from real_bench.sandbox.channel import Channel, Closed, SpinWait
+from real_bench.sandbox.faults import fault_kind
 from real_bench.sandbox.messages import Size
 from real_bench.sandbox.observation_packing import Unpacker
 from real_bench.sandbox.working_directory import new_files, put_files
@@ -64,19 +65,19 @@ class RpcServer:
             except Closed:
                 raise
             except Exception as error:  # hostile objects may raise anything, anywhere
-                text = f"controller {self._spec}: {question} failed at {blame(error)}"
-                self._fail(text, error)
+                self._fail(f"controller {self._spec}: {question} failed at {blame(error)}", error)
 
-    def _fail(self, text: str, error: Exception) -> None:
-        told = "".join(traceback.format_exception(error))
-        self._channel.send(["fault", text[:10_000], told[-5_000:]])
+    def _fail(self, text: str, error: BaseException) -> None:
+        trace = "".join(traceback.format_exception(error))
+        self._channel.send(["fault", fault_kind(error), text[:10_000], trace[-5_000:]])
 
     def do_identity(
         self, spec: str, place: str, settings: Mapping[str, Any] | None
     ) -> dict[str, Any]:
         """Import the controller, which lies at ``place``, and say what it is."""
         self._spec = spec
-        kind, source = find_controller(place), replace(ControllerSource.of(place), spec=spec)
+        source = replace(ControllerSource.of(place), spec=spec, is_hashed=False)
+        kind = find_controller(place)
         self._kind, self._source, self._settings = kind, source, settings or {}
         identity = identify(kind, source, settings)
         return {

@@ -12,10 +12,17 @@ import threading
 from contextlib import ExitStack, suppress
 from typing import IO
 
-from real_bench.errors import ControllerError
+from real_bench.errors import (
+    BrokenRuleError,
+    ControllerError,
+    ControllerFailedError,
+    OutOfMemoryError,
+    RealBenchError,
+)
 from real_bench.locks import own_folder
 from real_bench.quoting import printable
 from real_bench.sandbox.channel import Channel
+from real_bench.sandbox.faults import of_memory
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.support import SandboxSupport, Site, bubblewrap_options, python_command
 from real_bench.sandbox.visible_files import VisibleFiles
@@ -59,18 +66,19 @@ class Process:
         self.channel.close()
         self._held.close()
 
-    def exit_reason(self) -> str:
-        """How it ended, once its end of the channel is closed."""
+    def exit_reason(self) -> tuple[type[ControllerError], str]:
+        """How it ended, once its end of the channel is closed: the kind of error, and in words."""
         try:
             code = self._child.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
-            return "its process closed the channel to the benchmark"
+            return BrokenRuleError, "its process closed the channel to the benchmark"
         self._output.join()
         said = self._output.last_line
         if self._support.bubblewrap and code > 128:  # which reports a signal as shells do
             code = 128 - code
         how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
-        return f"its process ended {how}" + (f" (it last said: {said})" if said else "")
+        told = f"its process ended {how}" + (f" (it last said: {said})" if said else "")
+        return (OutOfMemoryError if of_memory(said) else ControllerFailedError), told
 
 
 class _Output:
@@ -138,7 +146,7 @@ def _started(
                 start_new_session=True,
             )
         except OSError as error:
-            raise ControllerError(f"a process for the controller cannot start: {error}") from error
+            raise RealBenchError(f"a process for the controller cannot start: {error}") from error
 
 
 def _environment(support: SandboxSupport, site: Site) -> dict[str, str]:

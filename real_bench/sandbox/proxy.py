@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action, Command, check_action, check_command
 from real_bench.controls import Control
-from real_bench.errors import ActionError
+from real_bench.errors import ActionError, BrokenRuleError
 from real_bench.explanation import Explanation
 from real_bench.logbook import MOST_ENTRIES, Entry, checked_entry
 from real_bench.observation import Observation
@@ -72,7 +72,7 @@ class SandboxProxy:
             case [np.ndarray() as command, bool(render)]:
                 pass
             case _:
-                raise fault(self, "step() returned a bad action: it is not a command")
+                raise broken(self, "step() returned a bad action: it is not a command")
         try:
             return check_command(command, self._control), render
         except ActionError as error:
@@ -120,18 +120,18 @@ class SandboxProxy:
             case [list(names), list(contents)] if len(names) == len(contents):
                 pass
             case _:
-                raise fault(self, "its process does not say what files it wrote")
+                raise broken(self, "its process does not say what files it wrote")
         if not all(isinstance(name, str) and is_plain_path(name) for name in names):
-            raise fault(self, "its process gives a file a name that leads elsewhere")
+            raise broken(self, "its process gives a file a name that leads elsewhere")
         if not all(isinstance(one, np.ndarray) and one.dtype == np.uint8 for one in contents):
-            raise fault(self, "its process gives files that are not of bytes")
+            raise broken(self, "its process gives files that are not of bytes")
         return dict(zip(names, (content.tobytes() for content in contents), strict=True))
 
     def copy(self) -> SandboxProxy:
         """An independent copy of the controller as it is now, in the same process."""
         number = self._ask("copy")
         if type(number) is not int:
-            raise fault(self, "its process does not say which copy it made")
+            raise broken(self, "its process does not say which copy it made")
         return SandboxProxy(self.spec, self.identity, self._control, self.client, number)
 
     def close(self) -> None:
@@ -171,13 +171,18 @@ class SandboxProxy:
             case [str(structure), list(arrays)]:
                 pass
             case _:
-                raise fault(self, "its process hands over no state")
+                raise broken(self, "its process hands over no state")
         try:
             if not all(isinstance(array, np.ndarray) for array in arrays):
                 raise ValueError("an array is none")
             return restore_state(structure, lambda number: arrays[number])
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
-            raise fault(self, f"its process hands over a damaged state: {error}") from error
+            raise broken(self, f"its process hands over a damaged state: {error}") from error
+
+
+def broken(proxy: SandboxProxy, what: str) -> BrokenRuleError:
+    """An error of one that was tampered with: its honest process would not answer so."""
+    return BrokenRuleError(f"controller {proxy.spec}: {what}")
 
 
 def put_files(client: RpcClient, files: Mapping[str, bytes]) -> None:

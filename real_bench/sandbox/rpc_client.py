@@ -7,9 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from real_bench.errors import ControllerError
+from real_bench.errors import (
+    BrokenRuleError,
+    ControllerError,
+    ControllerFailedError,
+    OutOfTimeError,
+)
 from real_bench.quoting import printable
 from real_bench.sandbox.channel import Closed, Late
+from real_bench.sandbox.faults import fault_of_kind
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.messages import MessageError, Size, check_plain
 from real_bench.sandbox.process import Process
@@ -77,12 +83,14 @@ class RpcClient:
         try:
             return self._answer(question, arguments, size, observation or {}, began + allowed)
         except Late:
-            raise self._ended(f"{_what(question, arguments)} {self._too_late(allowed)}") from None
+            told = f"{_what(question, arguments)} {self._too_late(allowed)}"
+            raise self._ended(OutOfTimeError, told) from None
         except MessageError as error:
-            raise self._ended(f"a message of its process is refused: {error}") from error
+            told = f"a message of its process is refused: {error}"
+            raise self._ended(BrokenRuleError, told) from error
         except Closed:
-            how = self._process.exit_reason()
-            raise self._ended(f"{how} in {_what(question, arguments)}") from None
+            kind, how = self._process.exit_reason()
+            raise self._ended(kind, f"{how} in {_what(question, arguments)}") from None
         except ControllerError as error:
             self._end = error  # it is the reason for whatever else fails from now on
             self.close()
@@ -98,9 +106,11 @@ class RpcClient:
         self._n_files += 1
         return self._process.inbox / f"experience-{self._n_files}.h5"
 
-    def fault(self, what: str) -> ControllerError:
+    def fault(
+        self, what: str, kind: type[ControllerError] = ControllerFailedError
+    ) -> ControllerError:
         """An error that names the controller."""
-        return ControllerError(f"controller {self.spec}: {what}")
+        return kind(f"controller {self.spec}: {what}")
 
     def close(self) -> None:
         """End the child."""
@@ -129,14 +139,14 @@ class RpcClient:
                     return answer
                 case ["sense", str(key)] if key in observation:
                     channel.send(observation[key], deadline)
-                case ["fault", str(text), str(told)]:
+                case ["fault", str(kind), str(text), str(trace)]:
                     fault = " ".join(printable(text[:MAX_FAULT_LETTERS]).split())
-                    raise ControllerError(fault) from _InChild(told[-MAX_TRACEBACK_LETTERS:])
+                    raise fault_of_kind(kind, fault) from _InChild(trace[-MAX_TRACEBACK_LETTERS:])
                 case _:
                     raise MessageError("it answers what was not asked")
 
-    def _ended(self, what: str) -> ControllerError:
-        self._end = self.fault(what)
+    def _ended(self, kind: type[ControllerError], what: str) -> ControllerError:
+        self._end = self.fault(what, kind)
         self.close()
         return self._end
 

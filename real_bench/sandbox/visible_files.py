@@ -68,7 +68,9 @@ class VisibleFiles:
         ]
 
 
-def visible_files(source: ControllerSource, secrets: Iterable[Path] = ()) -> VisibleFiles:
+def visible_files(
+    source: ControllerSource, secrets: Iterable[Path] = (), packages: Path | None = None
+) -> VisibleFiles:
     """What a controller sees; found without importing any of it.
 
     Of the folder in which a controller's file lies it sees all that is there at the start, but
@@ -78,11 +80,13 @@ def visible_files(source: ControllerSource, secrets: Iterable[Path] = ()) -> Vis
     Args:
         source: the controller.
         secrets: files and folders that it must not see; those in its folder are hidden.
+        packages: the folder of what a submission requires.
 
     Raises:
         ControllerError: there is no such module.
     """
-    shared, hidden = tuple(_shared()), tuple(_hidden())
+    required = () if packages is None else (packages,)
+    shared, hidden = (*_shared(), *required), tuple(_hidden())
     if source.file is None:
         elsewhere = () if _within(source.place, shared) else (source.place.parent,)
         return VisibleFiles((source.place,), shared, hidden, (*_user_site(), *elsewhere))
@@ -91,7 +95,8 @@ def visible_files(source: ControllerSource, secrets: Iterable[Path] = ()) -> Vis
     secret += [path for path in kept if path != source.file and _within(path, [source.place])]
     entries = (path for path in sorted(source.place.iterdir()) if not is_left_out(path))
     own = tuple(path for path in entries if path not in secret)
-    return VisibleFiles(own, shared, (*hidden, *secret), _user_site(), source.place)
+    import_from = (*_user_site(), *required)
+    return VisibleFiles(own, shared, (*hidden, *secret), import_from, source.place)
 
 
 def _user_site() -> tuple[Path, ...]:

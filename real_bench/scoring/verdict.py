@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from real_bench.errors import ResultError
+from real_bench.errors import ControllerError, ControllerFailedError, ResultError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.naming import shown_name
 from real_bench.quoting import markdown as _escaped
@@ -51,12 +51,14 @@ class Verdict:
         summary: of all results together.
         comparison: with the baseline, where there is one.
         checks: all that must hold.
+        seconds: that the trials took.
     """
 
     setting: Setting
     summary: RepeatsSummary
     comparison: Comparison | None
     checks: tuple[Check, ...]
+    seconds: float = 0.0
 
     @property
     def passed(self) -> bool:
@@ -118,7 +120,8 @@ def judge(
         score, heading = comparison.score, interval_heading(OVER_GOALS)
         detail = f"{score.difference:+.4f}, {heading}: {score.interval or 'none'}"
         checks.append(Check("not worse than the baseline", not comparison.is_worse, detail))
-    return Verdict(results[0].setting, summary, comparison, tuple(checks))
+    seconds = sum(sum(result.seconds.values()) for result in results)
+    return Verdict(results[0].setting, summary, comparison, tuple(checks), seconds)
 
 
 def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part: bool) -> Check:
@@ -193,27 +196,40 @@ def markdown(verdict: Verdict) -> str:
 def junit(verdict: Verdict) -> JUnitXml:
     """The checks as test cases that CI systems show."""
     properties = {"score": f"{verdict.summary.score.mean:.6f}"}
-    return _cases(verdict.setting.controller, verdict.checks, properties)
+    return _cases(verdict.setting.controller, verdict.checks, properties, verdict.seconds)
 
 
-def failure(detail: str) -> tuple[str, JUnitXml]:
-    """Markdown and test cases for a controller that could not be tested to the end."""
-    line = quoted(detail, longest=2000)
+def failure(error: ControllerError, seconds: float) -> tuple[str, JUnitXml]:
+    """Markdown and test cases for a controller that could not be tested to the end.
+
+    To CI it is an error where it failed, and a failure where it was not fit to be run.
+    """
+    line = quoted(str(error), longest=2000)
     page = f"## Not tested to the end\n\n{_escaped(line)}\n"
-    return page, _cases("controller", [Check("runs", False, line)], {})
+    failed = isinstance(error, ControllerFailedError)
+    return page, _cases("controller", [Check("runs", False, line)], {}, seconds, failed=failed)
 
 
-def _cases(name: str, checks: Sequence[Check], properties: Mapping[str, str]) -> JUnitXml:
-    from junitparser import Failure, JUnitXml, TestCase, TestSuite
+def _cases(
+    name: str,
+    checks: Sequence[Check],
+    properties: Mapping[str, str],
+    seconds: float,
+    *,
+    failed: bool = False,
+) -> JUnitXml:
+    """Checks as test cases; the first bears the time that all took."""
+    from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 
     suite = TestSuite(f"realbench {quoted(name)}")
     for key, value in properties.items():
         suite.add_property(key, value)
-    for check in checks:
+    for number, check in enumerate(checks):
         case = TestCase(check.name, classname="realbench.score")
+        case.time = round(0.0 if number else seconds, 3)
         case.system_out = check.detail
         if not check.passed:
-            case.result = [Failure(check.detail)]
+            case.result = [Error(check.detail) if failed else Failure(check.detail)]
         suite.add_testcase(case)
     report = JUnitXml("realbench")
     report.add_testsuite(suite)

@@ -13,6 +13,13 @@ from tests.cli.shell import realbench, tiny_goals, write_controller
 from tests.outside.bench import after_first_line
 
 PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM")
+BAD = [
+    ("--controller", controller)
+    for controller in (
+        *("broken.py", "raising.py", "quit.py", "empty.py", "two.py", "two.py:C"),
+        *("no.such.module:C", "math:pi"),
+    )
+]
 TEST = ("extrinsic", "--scene", "builtin", "--condition", "OM", "--controller", "real_r")
 
 
@@ -95,7 +102,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
 )
 def test_intrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
     out = () if {"--out", "--resume"} & set(arguments) else ("--out", "new.h5")
-    assert message in refusal(place, *PLAY, *arguments, *out)
+    assert message in refusal(place, *PLAY, *arguments, *out, code=3 if arguments in BAD else 1)
 
 
 def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
@@ -127,7 +134,7 @@ def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
     ],
 )
 def test_extrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
-    assert message in refusal(place, *TEST, *arguments)
+    assert message in refusal(place, *TEST, *arguments, code=3 if BAD[1][1] in arguments else 1)
 
 
 def test_goals_of_another_scene(place: Path, official_scene: Scene) -> None:
@@ -168,7 +175,7 @@ def test_a_controller_that_fails_keeps_what_was_recorded(
     )
     (tmp_path / f"{name}.py").write_text(text)
     arguments = (*PLAY, "--controller", f"{name}.py", "--steps", "5000")
-    done = realbench(tmp_path, *arguments, code=1)
+    done = realbench(tmp_path, *arguments, code=4)
     controller, forgets, *others, fault = done.stderr.splitlines()
     assert controller.startswith("controller: class C of ")
     assert "it has no get_state()" in forgets
@@ -184,10 +191,10 @@ def test_a_controller_that_fails_at_once_costs_no_recording(tmp_path: Path) -> N
     write_controller(tmp_path / "typo.py", "def next_action(self, observation): return self.randm")
     play = ["--condition", "OM", "--scene", "builtin", "--steps", "2000"]
     assert (
-        "randm" in realbench(tmp_path, "intrinsic", "--controller", "typo.py", *play, code=1).stderr
+        "randm" in realbench(tmp_path, "intrinsic", "--controller", "typo.py", *play, code=4).stderr
     )
     assert not (tmp_path / "run.h5").exists()
     realbench(tmp_path, "intrinsic", "--controller", "real_r", *play)
     kept = (tmp_path / "run.h5").read_bytes()
-    realbench(tmp_path, "intrinsic", "--controller", "typo.py", *play, "--overwrite", code=1)
+    realbench(tmp_path, "intrinsic", "--controller", "typo.py", *play, "--overwrite", code=4)
     assert (tmp_path / "run.h5").read_bytes() == kept

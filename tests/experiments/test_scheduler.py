@@ -3,6 +3,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from pathlib import Path
+from unittest.mock import ANY
 
 import pytest
 
@@ -10,7 +11,7 @@ from real_bench.experiments import Spec
 from real_bench.experiments.jobs import Job, OnSteps
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, WorkerLostError
-from real_bench.experiments.scheduler import ATTEMPTS, ExperimentProgress, JobScheduler
+from real_bench.experiments.scheduler import ATTEMPTS, ExperimentProgress, Failure, JobScheduler
 
 
 class Rehearsal:
@@ -75,7 +76,9 @@ def test_a_task_whose_worker_dies_is_done_again(work: PendingJobs) -> None:
 def test_a_task_that_kills_every_worker_is_given_up(work: PendingJobs) -> None:
     name = work.scorings[0].name
     place = Rehearsal({name: [lost()] * ATTEMPTS})
-    assert JobScheduler(place, 2).do(work, lambda progress: None) == {name: "gone"}
+    assert JobScheduler(place, 2).do(work, lambda progress: None) == {
+        name: Failure("gone", seconds=ANY)
+    }
     assert len(place.done) == len(work) - 1
 
 

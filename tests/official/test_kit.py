@@ -109,7 +109,7 @@ def test_check_finds_what_would_fail_after_hours(kit: Path) -> None:
     assert done.stdout.count("State.caller holds the controller") == 2
     play = ("--condition", "IM", "--steps", "1000")
     done = realbench(
-        kit, "intrinsic", "--controller", "copied.py", "--scene", "builtin", *play, code=1
+        kit, "intrinsic", "--controller", "copied.py", "--scene", "builtin", *play, code=4
     )
     assert "State.caller holds the controller" in done.stderr
     assert not (kit / "run.h5").exists()
@@ -146,5 +146,5 @@ def test_the_deepest_line_of_the_submission_is_blamed(kit: Path) -> None:
         .splitlines()
         .index("        return self if self.caller.n_calls % 1000 or 'ab' @ 1 else Looking()")
     )
-    done = realbench(kit, "evaluate", *WHOM, *PLAY, *TEST, code=1)
+    done = realbench(kit, "evaluate", *WHOM, *PLAY, *TEST, code=4)
     assert f"step() failed at {states}, line {line + 1}: TypeError" in done.stderr

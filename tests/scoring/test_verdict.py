@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from real_bench.errors import ResultError
+from real_bench.errors import ControllerFailedError, ResultError, SubmissionError
 from real_bench.scoring.verdict import failure, judge, junit, markdown
 from tests.scoring.bench import made
 
@@ -96,7 +96,11 @@ def test_no_name_can_command_a_terminal(field: str) -> None:
 
 
 def test_a_controller_that_fails_is_told_in_both_reports() -> None:
-    page, cases = failure("controller mine.py:\x1b failed")
+    page, cases = failure(ControllerFailedError("controller mine.py:\x1b failed"), 2.5)
     assert "controller mine.py:? failed" in page
+    (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
+    assert case.find("error") is not None
+    assert case.get("time") == "2.5"
+    _, cases = failure(SubmissionError("no good"), 0.0)
     (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
     assert case.find("failure") is not None

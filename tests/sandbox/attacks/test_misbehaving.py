@@ -286,7 +286,7 @@ def test_its_import(tmp_path: Path, goals: GoalSet, content: str, fault: str) ->
         tmp_path,
         *("extrinsic", "--controller", "submission/mine.py", "--goals", "goals.npy", "--isolate"),
         *("--scene", "builtin", "--call-limit", limit, "--trials", "1"),
-        code=1,
+        code=3 if "cannot be loaded" in fault else 4,
     )
     last = done.stderr.splitlines()[-1]
     assert last.startswith("realbench: error: controller ")

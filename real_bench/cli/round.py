@@ -1,0 +1,156 @@
+"""``realbench round``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from real_bench.cli import options
+from real_bench.cli.printing import print_tables, say
+from real_bench.cli.working import with_progress
+
+if TYPE_CHECKING:
+    from real_bench.competition.running import RoundRun
+    from real_bench.competition.standing import Standing
+    from real_bench.experiments.scheduler import Failure
+
+BROKEN = 1
+
+EPILOG = """\b
+Example:
+  realbench round run submissions/ round.yaml --jobs 4
+  realbench leaderboard results/ --site site
+"""
+RUN_EPILOG = """\b
+Example:
+  realbench goals generate --secret --out secret.npy
+  realbench round run submissions/ round.yaml --jobs 4
+  realbench round run submissions/ round.yaml --round final --scheduler tcp://10.0.0.1:8786
+
+\b
+Exit code: 0 every submission has come to its end, scored or not; 1, 2 the job is broken;
+130 stopped. What a submission came to is in its status, and in --junit: a failure for one that
+is refused, an error for one that failed.
+"""
+CODABENCH_EPILOG = """\b
+Example:
+  docker build --target platform --tag me/realbench:1 . && docker push me/realbench:1
+  realbench round codabench round.yaml --image me/realbench:1 --out bundle.zip
+"""
+
+
+@click.group(epilog=EPILOG)
+def round() -> None:
+    """Hold the rounds of a competition, which one YAML file describes (docs/competition.md)."""
+
+
+@round.command(epilog=RUN_EPILOG)
+@click.argument("submissions", type=options.FILE)
+@click.argument("spec", type=options.FILE)
+@click.option("--round", "name", metavar="NAME", help="Only this round. [default: all]")
+@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one a core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Do the jobs on this Dask cluster.")
+@click.option("--retry", is_flag=True, help="Try again what failed.")
+@click.option("--junit", type=options.FILE, help="Write what came of each as JUnit XML.")
+@options.overwrite_option
+@click.pass_context
+def run(
+    context: click.Context,
+    submissions: Path,
+    spec: Path,
+    name: str | None,
+    jobs: int | None,
+    scheduler: str | None,
+    retry: bool,
+    junit: Path | None,
+    overwrite: bool,
+) -> None:
+    """Let all SUBMISSIONS, folders or archives in a folder, play and be tested.
+
+    Every submission runs isolated, within the round's limits. Makes what is missing, and lets none
+    stop the others. Stop it whenever you like (or pull the plug): the same command goes on, and
+    ends in the same leaderboard.
+    """
+    from real_bench.competition.junit import standings_report
+    from real_bench.competition.running import RoundRun
+    from real_bench.competition.spec import read_competition
+    from real_bench.files import Output
+
+    cases = None
+    if junit is not None:
+        cases = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
+    competition = read_competition(spec)
+    if name is not None and name not in competition.rounds:
+        known = ", ".join(competition.rounds)
+        raise click.UsageError(f"{spec} has no round {name}: use {known}")
+    options.say_sandbox()
+    came: dict[str, list[Standing]] = {}
+    broken: dict[str, Failure] = {}
+    began = time.monotonic()
+    for each in competition.rounds if name is None else [name]:
+        held = RoundRun(competition, each, submissions, jobs, scheduler)
+        came[each], failures = _hold(held, retry=retry, overwrite=overwrite)
+        broken |= failures
+        _show(held.folder)
+    if cases is not None:
+        cases.write(standings_report(came, time.monotonic() - began).tostring())
+    if broken:
+        from real_bench.errors import in_short
+
+        told = in_short([failure.told for failure in broken.values()])
+        say(f"realbench: by no fault of a submission: {told}; repeat the command", err=True)
+        sys.exit(BROKEN)
+
+
+def _hold(
+    held: RoundRun, *, retry: bool, overwrite: bool
+) -> tuple[list[Standing], dict[str, Failure]]:
+    with held.own_folder():
+        entries = held.prepare()
+        work = held.missing(entries, retry=retry, overwrite=overwrite)
+        failures = {}
+        if len(work):
+            failures = with_progress(work, partial(held.make, entries, work))
+        return held.settle(entries), failures
+
+
+def _show(folder: Path) -> None:
+    from real_bench.competition.leaderboard import read_leaderboards, text_table
+
+    print_tables(*map(text_table, read_leaderboards(folder)))
+
+
+@round.command(epilog=CODABENCH_EPILOG)
+@click.argument("spec", type=options.FILE)
+@click.option(
+    "--out", type=options.FILE, default="bundle.zip", show_default=True, help="The bundle to write."
+)
+@click.option(
+    "--image",
+    default="realbench:platform",
+    show_default=True,
+    metavar="NAME",
+    help="The image of our Dockerfile (target platform), as the platform finds it.",
+)
+@options.overwrite_option
+def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
+    """Write the rounds as a bundle for Codabench, to be uploaded there.
+
+    A round is a phase with a task; its ingestion program lets a submission play and be tested,
+    isolated, and its scoring program replays every trial. The bundle holds the goals: keep it to
+    yourself.
+    """
+    from real_bench.competition.codabench import write_bundle
+    from real_bench.competition.spec import read_competition
+    from real_bench.files import check_output
+
+    check_output(out, overwrite=overwrite)
+    for name in write_bundle(read_competition(spec), out, image):
+        say(f"  {name}")
+    out.chmod(0o600)
+    say(f"{out}: with the goals; keep it to yourself")

@@ -1,0 +1,138 @@
+"""``realbench submission``."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from real_bench.cli import options
+from real_bench.cli.printing import say
+
+if TYPE_CHECKING:
+    from real_bench.phases.checking import Finding
+
+BAD = 3
+
+EPILOG = """\b
+Example:
+  realbench submission init mine --name "Push and see" --author "A. Turing"
+  realbench submission check mine
+  realbench submission pack mine --out mine.zip
+"""
+CHECK_EPILOG = """\b
+Example:
+  realbench submission check mine.zip --junit junit.xml
+
+\b
+Exit code: 0 it will do; 3 it will not; 1, 2 it could not be looked at.
+"""
+
+
+@click.group(epilog=EPILOG)
+def submission() -> None:
+    """Begin, check and pack a submission: a folder with submission.yaml and a controller."""
+
+
+@submission.command(epilog=EPILOG)
+@click.argument("folder", type=options.FILE)
+@click.option("--name", help="Stands on the leaderboard. [default: the folder's name]")
+@click.option("--author", default="Somebody", show_default=True)
+@click.option("--condition", default="OM", show_default=True, metavar="XY")
+def init(folder: Path, name: str | None, author: str, condition: str) -> None:
+    """Write a submission that runs as it is, to begin with."""
+    from real_bench.competition.template import make_template
+
+    make_template(folder, name or folder.resolve().name, author, condition)
+    say(f"{folder}: submission.yaml and controller.py; try `realbench submission check {folder}`")
+
+
+@submission.command(epilog=CHECK_EPILOG)
+@click.argument("place", type=options.FILE)
+@click.option("--objects", type=click.IntRange(min=1), default=1, show_default=True)
+@options.limit_options
+@click.option("--junit", type=options.FILE, help="Write what was tried as JUnit XML.")
+@options.overwrite_option
+@options.json_option
+@click.pass_context
+def check(
+    context: click.Context,
+    place: Path,
+    objects: int,
+    limits: dict[str, float],
+    junit: Path | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
+    """Try whether a submission, a folder or a zip, will do; its code runs isolated.
+
+    Reads submission.yaml, installs what it requires, and lets it load, play some steps, be copied
+    and hand over its state.
+    """
+    from real_bench.competition.checking import SubmissionCheck
+    from real_bench.competition.packing import submitted
+    from real_bench.errors import SubmissionError
+    from real_bench.files import Output
+    from real_bench.locks import own_folder
+    from real_bench.phases.checking import Finding
+    from real_bench.sandbox import Limits
+
+    if not place.exists():
+        raise click.UsageError(f"submission not found: {place}")
+    cases = None
+    if junit is not None:
+        cases = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
+    began = time.monotonic()
+    options.say_sandbox()
+    with own_folder("realbench-submission-") as folder:
+        try:
+            found = submitted(place, folder / "submission")
+        except SubmissionError as error:
+            findings = [Finding("fails", False, str(error))]
+        else:
+            with contextlib.redirect_stdout(sys.stderr):
+                made = SubmissionCheck(found, objects, Limits(**limits))
+                findings = list(made.findings())
+    good = all(finding.good for finding in findings)
+    if cases is not None:
+        from real_bench.competition.junit import checked
+
+        cases.write(checked(str(place), findings, time.monotonic() - began).tostring())
+    _show(findings, good, as_json=as_json)
+    if not good:
+        sys.exit(BAD)
+
+
+@submission.command(epilog=EPILOG)
+@click.argument("folder", type=options.FILE)
+@click.option("--out", type=options.FILE, help="The archive. [default: FOLDER.zip]")
+@options.overwrite_option
+def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
+    """Pack a submission into one archive, without recordings, results and caches.
+
+    The same files give the same archive.
+    """
+    from real_bench.competition.packing import pack as pack_submission
+    from real_bench.files import check_output
+    from real_bench.source import ControllerSource
+
+    archive = out or folder.resolve().with_suffix(".zip")
+    check_output(archive, overwrite=overwrite)
+    files = pack_submission(folder, archive)
+    for file in files:
+        say(f"  {file.relative_to(folder.resolve())}")
+    say(f"{archive}: {len(files)} files, hash {ControllerSource.of(str(folder)).code_sha256}")
+
+
+def _show(findings: list[Finding], good: bool, *, as_json: bool) -> None:
+    if as_json:
+        say(json.dumps({"good": good, "findings": [asdict(finding) for finding in findings]}))
+        return
+    for finding in findings:
+        say(f"{'ok' if finding.good else 'NO':3} {finding.what:9} {finding.detail}")

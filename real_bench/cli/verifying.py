@@ -1,0 +1,100 @@
+"""Many results verified, each with what came with it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from real_bench.cli.printing import print_tables, say
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from real_bench.verification import BundleVerdict
+
+NAMES = {True: "verified", False: "NOT VERIFIED"}
+
+
+def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleVerdict]:
+    """Verify all results in a folder, print a verdict each, and keep those of a round's.
+
+    Raises:
+        ResultError: there is none.
+    """
+    from real_bench.cli.progress import ProgressDisplay
+    from real_bench.errors import ResultError
+    from real_bench.verification import BundleVerification, bundles_in
+
+    bundles = bundles_in(folder)
+    if not bundles:
+        raise ResultError(f"no result found in {folder}")
+    verdicts = []
+    with ProgressDisplay("verifying", "results", len(bundles)) as display:
+        for number, bundle in enumerate(bundles):
+            display.update(number, _name(bundle.result, folder))
+            verdicts.append(BundleVerification(bundle, **wanted).verify())
+    _keep(verdicts)
+    if as_json:
+        say(json.dumps([verdict.to_json() for verdict in verdicts]))
+    else:
+        _show(verdicts, folder)
+    return verdicts
+
+
+def _show(verdicts: Sequence[BundleVerdict], folder: Path) -> None:
+    if len(verdicts) == 1:
+        for part in verdicts[0].parts:
+            say(f"{part.verdict:11}  {part.what:9}  {part.told}")
+    else:
+        print_tables(_table(verdicts, folder))
+    for verdict in verdicts:
+        say(f"{_name(verdict.bundle.result, folder)}: {_word(verdict)}: {verdict.told}")
+
+
+def _table(verdicts: Sequence[BundleVerdict], folder: Path) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    parts = list(dict.fromkeys(part.what for verdict in verdicts for part in verdict.parts))
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("result", "score", *parts):
+        table.add_column(heading)
+    for verdict in verdicts:
+        found = {part.what: part.verdict for part in verdict.parts}
+        score = "-" if verdict.score is None else f"{verdict.score:.4f}"
+        name = _name(verdict.bundle.result, folder)
+        table.add_row(name, score, *(found.get(part, "-") for part in parts))
+    return table
+
+
+def _word(verdict: BundleVerdict) -> str:
+    return "undecided" if verdict.is_undecided else NAMES[verdict.holds]
+
+
+def _name(result: Path, folder: Path) -> str:
+    return str(result.relative_to(folder))
+
+
+def _keep(verdicts: Sequence[BundleVerdict]) -> None:
+    """Keep verdicts on results of a round beside them, for its leaderboard."""
+    from datetime import datetime, timezone
+
+    from real_bench.competition.standing import FILE
+    from real_bench.competition.verified import Verified
+    from real_bench.files import file_sha256
+
+    for home in {verdict.bundle.result.parent for verdict in verdicts}:
+        if not (home / FILE).exists():
+            continue
+        mine = [verdict for verdict in verdicts if verdict.bundle.result.parent == home]
+        if any(verdict.is_undecided for verdict in mine):
+            continue
+        worst = next((verdict for verdict in mine if not verdict.holds), mine[0])
+        Verified(
+            results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
+            holds=worst.holds,
+            told=worst.told,
+            date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        ).save(home)

@@ -1,0 +1,60 @@
+"""Whether a submission will do, found out before it is handed in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from real_bench.competition.manifest import Submission, read_submission
+from real_bench.competition.requirements import packages_of
+from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError
+from real_bench.phases.checking import ControllerCheck, Finding
+from real_bench.sandbox import Limits, SandboxBackend
+from real_bench.simulation import load_scene
+from real_bench.source import ControllerSource
+
+
+@dataclass(frozen=True)
+class SubmissionCheck:
+    """A submission that is to be looked at.
+
+    Attributes:
+        folder: of the submission.
+        objects: how many it plays with.
+        limits: what it may use up.
+    """
+
+    folder: Path
+    objects: int = 1
+    limits: Limits = field(default_factory=Limits)
+
+    def findings(self) -> Iterator[Finding]:
+        """Try one thing after the other, up to the first that goes wrong."""
+        try:
+            submission = read_submission(self.folder)
+            yield Finding("says", True, _told(submission))
+            packages_of(submission)
+            wanted = ", ".join(submission.requirements)
+            yield Finding("requires", True, wanted or "nothing beside realbench")
+            source = ControllerSource.of(str(self.folder))
+            n_files = len(source.submitted_files())
+            yield Finding("hash", True, f"{source.code_sha256} over {n_files} files")
+            yield from self._at_work(submission)
+        except RealBenchError as error:
+            yield Finding("fails", False, str(error))
+
+    def _at_work(self, submission: Submission) -> Iterator[Finding]:
+        yield from ControllerCheck(
+            str(self.folder),
+            Condition.parse(submission.condition),
+            load_scene("builtin"),
+            self.objects,
+            {},
+            SandboxBackend(limits=self.limits),
+        ).findings()
+
+
+def _told(submission: Submission) -> str:
+    return f"{submission.name}, by {', '.join(submission.authors)}, for {submission.condition}"

@@ -1,0 +1,274 @@
+"""A competition as a bundle for Codabench: code submissions, ingested and scored by this package.
+
+The format is that of https://docs.codabench.org (YAML structure, version 2; bundle structure). The
+programs run in the image of our Dockerfile, target ``platform``.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections.abc import Iterator, Mapping
+from datetime import datetime, timezone
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from real_bench.competition.packing import EPOCH, pack
+from real_bench.competition.spec import MOMENT, Competition, Round
+from real_bench.competition.template import make_template
+from real_bench.errors import ExperimentError
+from real_bench.files import write_whole
+from real_bench.goal_sets import load_goal_set
+from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.locks import own_folder
+
+IMAGE = "realbench:platform"
+STEPS_A_SECOND, SPARE_S = 500, 600
+"""How slow a platform's machine may simulate, and what else takes time."""
+ROUND_FILE, GOALS_FILE = "round.yaml", "goals.npy"
+COLUMNS = {
+    "score": "Score",
+    "low": "95% from",
+    "high": "95% to",
+    **{f"score_{name.replace('.', '_')}": name for name in CHALLENGES},
+    "verified": "Verified",
+}
+"""What the scoring program writes, and what stands above it."""
+
+_PROGRAM = '''\
+"""Runs in the image, as the platform calls it."""
+
+import sys
+from pathlib import Path
+
+from real_bench.competition.platform import {function}
+
+{function}(*map(Path, sys.argv[1:]))
+'''
+_INGESTION = "/app/ingested_program /app/input_data /app/output"
+_SCORING = "/app/input /app/output"
+
+_TERMS = """\
+# Terms
+
+Submissions are code, which is run to play and to be tested. They bring no knowledge of the goals or
+objects, and no weights that were trained elsewhere, unless the organisers say otherwise.
+"""
+_OVERVIEW = """\
+# {title}
+
+The REAL benchmark (Robot open-Ended Autonomous Learning): a simulated robot plays freely, without
+goal or reward, and is then tested on goals that it has never seen.
+
+Submit what `realbench submission pack` makes. Try it before: `realbench submission check`.
+"""
+_EVALUATION = """\
+# Evaluation
+
+The score of an object is exp(-c d), 1 at its goal and 0.25 at 10 cm; the mean over all goals
+counts. The scoring program replays every trial: a score is what its commands lead to.
+
+{rounds}
+"""
+
+
+def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> list[str]:
+    """Write the bundle; gives the names of the files in it.
+
+    Raises:
+        ExperimentError: the rounds do not follow one another in time.
+        RealBenchError: a file of a round cannot be read.
+    """
+    files = dict(bundle_files(competition, image))
+    write_whole(out, _zipped(files))
+    return list(files)
+
+
+def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, bytes]]:
+    """Every file of the bundle, by name."""
+    described = json.dumps(_described(competition, image), indent=1)  # JSON is YAML
+    yield "competition.yaml", f"{described}\n".encode()
+    yield "logo.png", _logo()
+    yield "terms.md", _TERMS.encode()
+    yield "overview.md", _OVERVIEW.format(title=competition.title).encode()
+    rounds = "\n".join(_told(name, asked) for name, asked in competition.rounds.items())
+    yield "evaluation.md", _EVALUATION.format(rounds=rounds).encode()
+    yield "ingestion_program.zip", _program("ingestion.py", "ingest", _INGESTION)
+    yield "scoring_program.zip", _program("scoring.py", "score", _SCORING)
+    for name in competition.rounds:
+        yield f"input_data_{name}.zip", _zipped(_input_data(competition, name))
+        yield f"reference_data_{name}.zip", _zipped(_reference_data(competition, name))
+    first = next(iter(competition.rounds.values()))
+    yield "starting_kit.zip", _starting_kit(first)
+
+
+def _described(competition: Competition, image: str) -> dict[str, Any]:
+    """The platform's ``competition.yaml``."""
+    _check_order(competition)
+    return {
+        "version": 2,
+        "title": competition.title,
+        "description": "REAL benchmark: open-ended learning of a simulated robot",
+        "image": "logo.png",
+        "terms": "terms.md",
+        "docker_image": image,
+        "registration_auto_approve": False,
+        "make_programs_available": True,
+        "make_input_data_available": False,
+        "enable_detailed_results": False,
+        "pages": [
+            {"title": "Overview", "file": "overview.md"},
+            {"title": "Evaluation", "file": "evaluation.md"},
+        ],
+        "tasks": [
+            {
+                "index": index,
+                "name": f"{competition.title}: {name}",
+                "description": _told(name, asked),
+                "input_data": f"input_data_{name}.zip",
+                "reference_data": f"reference_data_{name}.zip",
+                "ingestion_program": "ingestion_program.zip",
+                "scoring_program": "scoring_program.zip",
+                "ingestion_only_during_scoring": False,
+            }
+            for index, (name, asked) in enumerate(competition.rounds.items())
+        ],
+        "solutions": [
+            {
+                "index": 0,
+                "path": "starting_kit.zip",
+                "tasks": list(range(len(competition.rounds))),
+            }
+        ],
+        "phases": list(_phases(competition)),
+        "leaderboards": [
+            {
+                "title": "Results",
+                "key": "main",
+                "submission_rule": "Force_Last",
+                "hidden": False,
+                "columns": [
+                    {
+                        "title": heading,
+                        "key": key,
+                        "index": index,
+                        "sorting": "desc",
+                        "precision": 0 if key == "verified" else 4,
+                        "hidden": False,
+                    }
+                    for index, (key, heading) in enumerate(COLUMNS.items())
+                ],
+            }
+        ],
+    }
+
+
+def _phases(competition: Competition) -> Iterator[dict[str, Any]]:
+    now = datetime.now(timezone.utc).strftime(MOMENT)
+    for index, (name, asked) in enumerate(competition.rounds.items()):
+        phase: dict[str, Any] = {
+            "index": index,
+            "name": name,
+            "description": _told(name, asked),
+            "start": asked.start or now,
+            "execution_time_limit": _seconds(asked, len(load_goal_set(competition.goals(name)))),
+            "max_submissions_per_day": 1,
+            "hide_output": True,
+            "hide_prediction_output": True,
+            "hide_score_output": False,
+            "tasks": [index],
+        }
+        yield {**phase, **({"end": asked.end} if asked.end else {})}
+
+
+def _check_order(competition: Competition) -> None:
+    """The platform's phases follow one another, and only the last may be endless."""
+    for (one, before), (other, after) in pairwise(competition.rounds.items()):
+        if not (before.end and after.start) or after.start < before.end:
+            raise ExperimentError(
+                f"on the platform round {other} must begin after the end of {one}: give both "
+                "start and end, as in 2027-01-31 12:00:00"
+            )
+
+
+def _seconds(asked: Round, n_goals: int) -> int:
+    """What the platform allows: the limits of all jobs, and time to simulate."""
+    plays = len(asked.seeds) if asked.play == "own" else 0
+    tests = len(asked.seeds)
+    steps = plays * asked.steps + tests * n_goals * asked.trial_steps
+    return int((plays + tests) * asked.limits.total_s + steps / STEPS_A_SECOND) + SPARE_S
+
+
+def _told(name: str, asked: Round) -> str:
+    play = {
+        "own": f"{asked.steps:,} steps of play",
+        "given": "play that is given",
+        "none": "no play",
+    }[asked.play]
+    return f"Round {name}: REAL_{asked.condition}, {asked.objects} object(s), {play}."
+
+
+def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
+    """What the ingestion program needs: the round, its goals, recordings where they are given.
+
+    The platform does not show it to participants, and their code runs where it cannot read it.
+    """
+    asked = competition.rounds[name]
+    recordings = competition.recordings(name)
+    fields = asked.model_dump(mode="json", exclude_defaults=True)
+    fields |= {"goals": GOALS_FILE}
+    if recordings:
+        fields["recordings"] = [f"recording{number}.h5" for number in range(len(recordings))]
+    told = {"title": competition.title, "scene": competition.scene, "rounds": {name: fields}}
+    files = {ROUND_FILE: json.dumps(told, indent=1).encode()}
+    files |= _reference_data(competition, name)
+    for number, recording in enumerate(recordings):
+        files[f"recording{number}.h5"] = recording.read_bytes()
+    if competition.scene.endswith(".yaml"):
+        raise ExperimentError("on the platform the scene is one that the image has, by its name")
+    return files
+
+
+def _reference_data(competition: Competition, name: str) -> dict[str, bytes]:
+    path = competition.goals(name)
+    load_goal_set(path)  # whether it is one
+    return {GOALS_FILE: path.read_bytes()}
+
+
+def _program(file: str, function: str, paths: str) -> bytes:
+    code = _PROGRAM.format(function=function)
+    metadata = f"command: python3 /app/program/{file} {paths}\n"
+    return _zipped({"metadata.yaml": metadata.encode(), file: code.encode()})
+
+
+def _starting_kit(first: Round) -> bytes:
+    with own_folder("realbench-kit-") as folder:
+        make_template(folder / "kit", "Random", "Organisers", first.condition)
+        pack(folder / "kit", folder / "kit.zip")
+        return (folder / "kit.zip").read_bytes()
+
+
+def _logo() -> bytes:
+    """A square with the benchmark's name."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    picture = Image.new("RGB", (256, 256), "#0072b2")
+    ImageDraw.Draw(picture).text(
+        (128, 128), "REAL", "white", ImageFont.load_default(80), anchor="mm"
+    )
+    stream = io.BytesIO()
+    picture.save(stream, "png")
+    return stream.getvalue()
+
+
+def _zipped(files: Mapping[str, bytes]) -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name, EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, content)
+    return stream.getvalue()

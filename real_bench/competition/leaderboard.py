@@ -1,0 +1,183 @@
+"""A leaderboard: as a terminal's table, Markdown and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich import box
+from rich.table import Table
+
+from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
+from real_bench.competition.round_file import FILE, RoundFacts, load_round
+from real_bench.competition.standing import SCORED
+from real_bench.errors import ExperimentError
+from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.quoting import markdown, quoted
+from real_bench.scoring.statistics import OVER_GOALS, OVER_PLAYS_AND_GOALS
+
+ABSENT = "-"
+LONGEST = 300
+
+
+@dataclass(frozen=True)
+class Leaderboard:
+    """The ranks of a round.
+
+    Attributes:
+        facts: of the round.
+        rows: in their order.
+    """
+
+    facts: RoundFacts
+    rows: tuple[Row, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it."""
+        facts = self.facts.model_dump(mode="json", exclude={"goals"})
+        return {"round": facts, "rows": [row.to_json() for row in self.rows]}
+
+
+def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboard]:
+    """The leaderboards of a results folder, or of a round's own.
+
+    Args:
+        results: the folder.
+        name: of one round; None: all that there are.
+
+    Raises:
+        ExperimentError: there is none, or of that name.
+        RealBenchError: a file cannot be read.
+    """
+    if (results / FILE).exists():
+        folders = [results]
+    else:
+        folders = sorted(path.parent for path in results.glob(f"*/{FILE}"))
+    known = [folder.name for folder in folders]
+    if name is not None:
+        folders = [folder for folder in folders if folder.name == name]
+    if not folders:
+        told = f"no round {name}" if name and known else "no round"
+        more = f" (there are {', '.join(known)})" if known else " (`realbench round run` makes one)"
+        raise ExperimentError(f"{results} holds {told}{more}")
+    return [_leaderboard(folder) for folder in folders]
+
+
+def _leaderboard(folder: Path) -> Leaderboard:
+    facts = load_round(folder)
+    return Leaderboard(facts, tuple(ranked(read_rows(folder), facts.failure, facts.ties)))
+
+
+def headings() -> list[str]:
+    """Of the columns."""
+    return ["rank", "submission", "score", "95%", *CHALLENGES, "status", "date", "hash", "verified"]
+
+
+def cells(row: Row) -> list[str]:
+    """What stands in each column."""
+    standing, summary = row.standing, row.summary
+    numbers = [ABSENT] * (2 + len(CHALLENGES))
+    if summary is not None:
+        score = summary.score
+        by_class = [score.by_class.get(name) for name in CHALLENGES]
+        numbers = [
+            f"{score.mean:.3f}",
+            str(score.interval or ABSENT),
+            *(ABSENT if value is None else f"{value:.3f}" for value in by_class),
+        ]
+    checked = ABSENT if row.verified is None else "yes" if row.verified.holds else "NO"
+    return [
+        ABSENT if row.rank is None else str(row.rank),
+        quoted(standing.name),
+        *numbers,
+        standing.status,
+        standing.date[:10],
+        standing.sha256[:12],
+        checked,
+    ]
+
+
+def title(board: Leaderboard) -> str:
+    """What stands above it."""
+    return f"{board.facts.title}: round {board.facts.name}"
+
+
+def notes(board: Leaderboard) -> list[str]:
+    """What is to be said below it."""
+    facts, rows = board.facts, board.rows
+    told = [_asked(facts)]
+    overs = {
+        row.summary.score.interval.over
+        for row in rows
+        if row.summary is not None and row.summary.score.interval is not None
+    }
+    if OVER_PLAYS_AND_GOALS in overs:
+        told.append(f"95%: interval over {OVER_PLAYS_AND_GOALS}: if all was done again")
+    elif OVER_GOALS in overs:
+        told.append(
+            f"95%: interval over {OVER_GOALS}: on other goals, after the same play (three plays "
+            "would tell how plays differ)"
+        )
+    if facts.ties == "paired":
+        told.append(
+            "those share a rank whom the paired comparison, goal by goal, with the first of them "
+            "cannot tell apart (95%)"
+        )
+    for row in rows:
+        if row.standing.status != SCORED and row.standing.told:
+            told.append(f"{quoted(row.standing.name)}: {quoted(row.standing.told, LONGEST)}")
+    if facts.failure == ZERO and any(row.summary is None for row in rows):
+        told.append("one that failed counts 0")
+    if facts.hidden:
+        committed = f" (commitment {facts.commitment})" if facts.commitment else ""
+        told.append(f"the goals are secret until they are released{committed}")
+    return told
+
+
+def text_table(board: Leaderboard) -> Table:
+    """For a terminal."""
+    table = Table(
+        title=quoted(title(board)),
+        caption="\n".join(notes(board)),
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    for heading in headings():
+        right = heading in ("rank", "score", "95%", *CHALLENGES)
+        table.add_column(heading, justify="right" if right else "left")
+    for row in board.rows:
+        table.add_row(*cells(row))
+    return table
+
+
+def markdown_table(board: Leaderboard) -> str:
+    """For a README or a job summary."""
+    from tabulate import tabulate
+
+    shown = [[markdown(cell) for cell in cells(row)] for row in board.rows]
+    table = tabulate(shown, headings(), "github", disable_numparse=True)
+    below = "".join(f"\n{markdown(note)}  " for note in notes(board))
+    return f"### {markdown(title(board))}\n\n{table}\n{below}"
+
+
+def _asked(facts: RoundFacts) -> str:
+    objects = "1 object" if facts.objects == 1 else f"{facts.objects} objects"
+    plays = {
+        "own": f"{facts.steps:,} steps of play",
+        "given": "play given",
+        "none": "without play",
+    }[facts.play]
+    scene = Path(facts.scene).stem if facts.scene.endswith(".yaml") else facts.scene
+    repeats = "once" if facts.repeats == 1 else f"{facts.repeats} times"
+    return (
+        f"REAL_{facts.condition}, {objects}, scene {quoted(scene)}, {plays}, "
+        f"{facts.n_goals} goals of {facts.trial_steps:,} steps, each submission {repeats}"
+    )
+
+
+def json_boards(boards: Sequence[Leaderboard]) -> dict[str, Any]:
+    """Several leaderboards as JSON, by the name of the round."""
+    return {board.facts.name: board.to_json() for board in boards}

@@ -1,0 +1,129 @@
+"""What a submission says of itself, in the file ``submission.yaml`` of its folder."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError, SubmissionError, faults
+from real_bench.source import MANIFEST
+from real_bench.yaml_files import read_mapping
+
+WHEELS = "wheels"
+"""The folder in a submission with the wheels of its requirements; then these alone are used."""
+
+_ENTRY = re.compile(r"(?P<file>[A-Za-z_][A-Za-z0-9_]*\.py)(:(?P<name>[A-Za-z_][A-Za-z0-9_]*))?")
+
+Text = Annotated[str, Field(min_length=1, max_length=60)]
+
+
+class Submission(BaseModel):
+    """A submission: a controller in a folder of its own, and what it needs.
+
+    Attributes:
+        folder: where it is.
+        name: stands in tables and on leaderboards.
+        authors: one or more.
+        entry: the controller's file, at the top of the folder, with ``:Class`` where there are
+            several.
+        condition: two letters, that it is made for.
+        settings: of the controller, above its defaults.
+        requirements: packages beside those of realbench, as pip names them: no addresses.
+        description: a sentence for the leaderboard's page.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    folder: Path
+    name: Text
+    authors: Annotated[tuple[Text, ...], Field(min_length=1, max_length=50)]
+    entry: str
+    condition: str = "IM"
+    settings: dict[str, Any] = Field(default_factory=dict)
+    requirements: Annotated[tuple[str, ...], Field(max_length=50)] = ()
+    description: Annotated[str, Field(max_length=500)] = ""
+
+    @field_validator("name")
+    @classmethod
+    def _name_is_plain(cls, name: str) -> str:
+        if not name.isprintable() or any(sign in name for sign in ":/\\") or name != name.strip():
+            raise ValueError("a name is printable, without : / and \\")
+        return name
+
+    @field_validator("authors", "description")
+    @classmethod
+    def _is_printable(cls, value: Any) -> Any:
+        lines = (value,) if isinstance(value, str) else value
+        if not all(line.isprintable() for line in lines):
+            raise ValueError("it must be one line that can be printed")
+        return value
+
+    @field_validator("entry")
+    @classmethod
+    def _entry_is_a_file(cls, entry: str) -> str:
+        if not _ENTRY.fullmatch(entry):
+            raise ValueError("name a file at the top of the folder: controller.py[:Class]")
+        return entry
+
+    @field_validator("condition")
+    @classmethod
+    def _condition_exists(cls, name: str) -> str:
+        try:
+            return Condition.parse(name).name
+        except RealBenchError as error:
+            raise ValueError(str(error)) from error
+
+    @field_validator("requirements")
+    @classmethod
+    def _requirements_are_names(cls, lines: tuple[str, ...]) -> tuple[str, ...]:
+        from packaging.requirements import InvalidRequirement, Requirement
+
+        for line in lines:
+            try:
+                parsed = Requirement(line)
+            except InvalidRequirement as error:
+                raise ValueError(f"{line!r} is no requirement such as scikit-learn>=1.4") from error
+            if parsed.url:
+                raise ValueError(f"{line!r}: name a package and its version, not an address")
+        return lines
+
+    @property
+    def file(self) -> Path:
+        """The controller's file."""
+        return self.folder / self.entry.partition(":")[0]
+
+    @property
+    def class_name(self) -> str:
+        """The controller's class; empty where it is the only one."""
+        return self.entry.partition(":")[2]
+
+    @property
+    def wheels(self) -> list[Path]:
+        """The wheels that it brings along."""
+        return sorted((self.folder / WHEELS).glob("*.whl"))
+
+
+def is_submission(folder: Path) -> bool:
+    """Whether a folder holds a submission."""
+    return (folder / MANIFEST).is_file()
+
+
+def read_submission(folder: Path) -> Submission:
+    """The submission in a folder; raises SubmissionError with every fault at once."""
+    path = folder / MANIFEST
+    values = read_mapping(path, "the file of a submission", SubmissionError)
+    if "folder" in values:
+        raise SubmissionError(f"{path} is not valid: folder: it says nothing here")
+    if isinstance(values.get("authors"), str):
+        values["authors"] = [values["authors"]]
+    try:
+        submission = Submission.model_validate({**values, "folder": folder.resolve()})
+    except ValidationError as error:
+        raise SubmissionError(f"{path} is not valid: {faults(error)}") from error
+    if not submission.file.is_file() or submission.file.is_symlink():
+        raise SubmissionError(f"{path} is not valid: entry: there is no file {submission.entry}")
+    return submission

@@ -1,0 +1,106 @@
+"""What a platform's ingestion and scoring programs call, with the folders that it gives them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+from real_bench.competition.codabench import COLUMNS, GOALS_FILE, ROUND_FILE
+from real_bench.competition.running import RoundRun
+from real_bench.competition.spec import read_competition
+from real_bench.competition.standing import FILE, SCORED, load_standing
+from real_bench.errors import ExperimentError
+from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.locks import own_folder
+from real_bench.scoring.repeats import by_goal, summarise_repeats
+from real_bench.scoring.result import load_result
+from real_bench.verification import ResultVerification
+
+HANDED_IN = "submission"
+DETAILS = "round.json"
+
+
+def ingest(submission: Path, data: Path, output: Path) -> None:
+    """Let a submission play and be tested, isolated; leave its results and its standing.
+
+    Args:
+        submission: its folder, as it was unpacked.
+        data: with the round and its goals.
+        output: where results go.
+
+    Raises:
+        ExperimentError: it is no fault of the submission that it could not be done.
+        RealBenchError: the round cannot be held here.
+    """
+    competition = read_competition(data / ROUND_FILE)
+    (name,) = competition.rounds
+    with own_folder("realbench-platform-") as folder:
+        shutil.copytree(submission, folder / "submissions" / HANDED_IN)
+        for goals in data.iterdir():
+            shutil.copy(goals, folder / goals.name)
+        held = RoundRun(
+            read_competition(folder / ROUND_FILE), name, folder / "submissions", n_at_once=1
+        )
+        with held.own_folder():
+            entries = held.prepare()
+            broken = held.make(entries, held.missing(entries), lambda progress: None)
+            (standing,) = held.settle(entries)
+        if broken:
+            raise ExperimentError("; ".join(failure.told for failure in broken.values()))
+        home = held.home(entries[0])
+        output.mkdir(parents=True, exist_ok=True)
+        for file in (*home.glob("seed*.json"), home / FILE):
+            shutil.copy(file, output / file.name)
+        shutil.copy(held.folder / DETAILS, output / DETAILS)
+    print(f"{standing.name}: {standing.status}{f', {standing.told}' if standing.told else ''}")
+
+
+def score(inputs: Path, output: Path) -> None:
+    """Verify what ingestion left, by replay, and write the platform's ``scores.json``.
+
+    Args:
+        inputs: with ``res``, what ingestion left, and ``ref``, the goals.
+        output: where the scores go.
+
+    Ends the process with 1 where there is nothing to be scored, and counts a failed submission as
+    its round says.
+    """
+    left, goals = inputs / "res", inputs / "ref" / GOALS_FILE
+    standing = load_standing(left)
+    if standing is None:
+        sys.exit("the ingestion program left no standing")
+    failure = json.loads((left / DETAILS).read_text(encoding="utf-8"))["failure"]
+    output.mkdir(parents=True, exist_ok=True)
+    if standing.status != SCORED:
+        told = f"{standing.status}: {standing.told}"
+        if failure != "zero":
+            sys.exit(told)
+        print(told)
+        return _write(output, dict.fromkeys(COLUMNS, 0.0))
+    files = sorted(left.glob("seed*.json"))
+    for file in files:
+        verdict = ResultVerification(file, goals=goals).verify(lambda done, total: None)
+        print(f"{file.name}: {verdict.lines()[-1]}")
+        if not verdict.holds:
+            sys.exit(f"{file.name} does not verify")
+    summary = summarise_repeats(by_goal([load_result(file) for file in files])).score
+    interval = summary.interval
+    _write(
+        output,
+        {
+            "score": summary.mean,
+            "low": interval.low if interval else summary.mean,
+            "high": interval.high if interval else summary.mean,
+            **{
+                f"score_{name.replace('.', '_')}": summary.by_class.get(name, 0.0)
+                for name in CHALLENGES
+            },
+            "verified": 1.0,
+        },
+    )
+
+
+def _write(output: Path, scores: dict[str, float]) -> None:
+    (output / "scores.json").write_text(json.dumps(scores))

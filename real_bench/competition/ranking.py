@@ -1,0 +1,130 @@
+"""Who comes before whom, and who cannot be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from real_bench.competition.standing import SCORED, WAITING, Standing, load_standing
+from real_bench.competition.verified import Verified, load_verified
+from real_bench.errors import ExperimentError
+from real_bench.files import file_sha256
+from real_bench.scoring.comparison import MetricComparison, compare
+from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
+from real_bench.scoring.result import Result, load_result
+
+ZERO, EXCLUDED = "zero", "excluded"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A submission on the leaderboard.
+
+    Attributes:
+        standing: what it says of itself, and its status.
+        home: the folder of its files.
+        files: its results.
+        results: the same, read.
+        summary: of these; None where it is not scored.
+        verified: what came of verifying them; None where nobody did.
+        rank: its place, which a group may share; None where it has none.
+        against_first: the comparison with the first of its group; None for that one itself.
+    """
+
+    standing: Standing
+    home: Path
+    files: tuple[Path, ...] = ()
+    results: tuple[Result, ...] = ()
+    summary: RepeatsSummary | None = None
+    verified: Verified | None = None
+    rank: int | None = None
+    against_first: MetricComparison | None = None
+
+    @property
+    def mean(self) -> float:
+        """What it is ranked by: 0 where it failed."""
+        return 0.0 if self.summary is None else self.summary.score.mean
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it but what is in the results."""
+        return {
+            "rank": self.rank,
+            **self.standing.model_dump(mode="json"),
+            "files": [file.name for file in self.files],
+            "summary": self.summary.to_json() if self.summary else None,
+            "against_first_of_rank": (
+                None if self.against_first is None else asdict(self.against_first)
+            ),
+            "verified": None if self.verified is None else self.verified.model_dump(mode="json"),
+        }
+
+
+def read_rows(folder: Path) -> list[Row]:
+    """The newest version of each submission in a round's folder; raises RealBenchError."""
+    newest: dict[str, Row] = {}
+    for home in sorted(path for path in folder.iterdir() if path.is_dir()):
+        standing = load_standing(home)
+        if standing is None:
+            continue
+        known = newest.get(standing.key)
+        if known is None or known.standing.date <= standing.date:
+            newest[standing.key] = _row(home, standing)
+    return list(newest.values())
+
+
+def ranked(rows: Sequence[Row], failure: str, ties: str) -> list[Row]:
+    """Rows in the order of their ranks, those without a rank last.
+
+    Args:
+        rows: the submissions of one round.
+        failure: what one counts that failed: ``zero`` or ``excluded``.
+        ties: ``paired`` or ``none``.
+    """
+    scored = sorted(
+        (row for row in rows if row.summary is not None),
+        key=lambda row: (-row.mean, row.standing.key),
+    )
+    placed: list[Row] = []
+    for number, row in enumerate(scored, start=1):
+        first = next((each for each in placed if each.rank == placed[-1].rank), None)
+        against = None if first is None else _tie(row, first, ties)
+        rank = first.rank if first is not None and against is not None else number
+        placed.append(replace(row, rank=rank, against_first=against))
+    failed = sorted(
+        (row for row in rows if row.summary is None),
+        key=lambda row: (row.standing.status == WAITING, row.standing.key),
+    )
+    last = len(placed) + 1
+    return placed + [
+        replace(row, rank=last if failure == ZERO and row.standing.status != WAITING else None)
+        for row in failed
+    ]
+
+
+def _tie(row: Row, first: Row, ties: str) -> MetricComparison | None:
+    """The comparison with the first of a group, where it cannot tell the two apart."""
+    compared = compare(row.results, first.results).score
+    if ties == "none":
+        return compared if compared.difference == 0 else None
+    interval = compared.interval
+    cannot_tell = interval is None or interval.low <= 0 <= interval.high
+    return compared if cannot_tell else None
+
+
+def _row(home: Path, standing: Standing) -> Row:
+    files = tuple(sorted(home.glob("*[0-9].json")))
+    if standing.status != SCORED:
+        return Row(standing, home)
+    results = tuple(load_result(file) for file in files)
+    if not results:
+        raise ExperimentError(f"{home} says that it is scored, and holds no result")
+    return Row(
+        standing,
+        home,
+        files,
+        results,
+        summarise_repeats(by_goal(results)),
+        load_verified(home, [file_sha256(file) for file in files]),
+    )

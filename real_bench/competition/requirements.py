@@ -1,0 +1,135 @@
+"""The packages that a submission needs, in a folder of their own.
+
+They come as wheels, so that nothing of them is run when they are installed, and beside ours, whose
+versions they must put up with: a controller shares its process with numpy and our own code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import subprocess
+import sys
+import sysconfig
+from importlib.metadata import distributions
+from pathlib import Path
+
+from real_bench.competition.manifest import WHEELS, Submission
+from real_bench.errors import RealBenchError, SubmissionError
+from real_bench.files import check_folder, file_sha256
+from real_bench.locks import write_lock
+
+SECONDS_TO_INSTALL = 1800
+DONE = "installed.json"
+
+log = logging.getLogger(__name__)
+
+
+def packages_of(submission: Submission) -> Path | None:
+    """The folder of a submission's packages, installed where they are not; None: it needs none.
+
+    Raises:
+        SubmissionError: they cannot be had.
+        RealBenchError: they cannot be kept.
+    """
+    if not submission.requirements:
+        return None
+    ours = _our_versions()
+    place = _root() / _key(submission, ours)
+    packages = Path(_paths(place)["purelib"])
+    if (place / DONE).exists():
+        return packages
+    check_folder(place, make=True)
+    with write_lock(place / DONE):
+        if not (place / DONE).exists():
+            log.info("installing %s for %s", ", ".join(submission.requirements), submission.name)
+            _install(submission, ours, place)
+    return packages
+
+
+def _root() -> Path:
+    import platformdirs
+
+    try:
+        return Path(platformdirs.user_cache_dir("realbench", appauthor=False)) / "requirements"
+    except RuntimeError as error:  # no home
+        raise RealBenchError(
+            f"there is no place for packages: {error} (set XDG_CACHE_HOME)"
+        ) from error
+
+
+def _key(submission: Submission, ours: dict[str, str]) -> str:
+    """The same for the same packages: a name for their folder."""
+    wheels = {wheel.name: file_sha256(wheel) for wheel in submission.wheels}
+    facts = [sorted(submission.requirements), wheels, ours, sys.version, sysconfig.get_platform()]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:32]
+
+
+def _our_versions() -> dict[str, str]:
+    """The version of every package that is installed here."""
+    found = {each.metadata["Name"]: each.version for each in distributions()}
+    return dict(sorted((name, version) for name, version in found.items() if name))
+
+
+def _install(submission: Submission, ours: dict[str, str], place: Path) -> None:
+    """Have pip install them into an environment that sees our packages, and may change none."""
+    paths = _paths(place)
+    _run([sys.executable, "-m", "venv", "--without-pip", "--clear", paths["data"]], submission)
+    site = Path(paths["purelib"])
+    (site / "realbench.pth").write_text("\n".join(_our_folders()) + "\n")
+    (place / "constraints.txt").write_text(
+        "".join(f"{name}=={version}\n" for name, version in ours.items() if "+" not in version)
+    )
+    own = ["--no-index", "--find-links", str(submission.folder / WHEELS)]
+    _run(
+        [
+            *(sys.executable, "-m", "pip", "--python", paths["scripts"] + "/python"),
+            *("install", "--no-input", "--disable-pip-version-check"),
+            *("--only-binary", ":all:", "--constraint", str(place / "constraints.txt")),
+            *(own if submission.wheels else ()),
+            *("--", *submission.requirements),
+        ],
+        submission,
+    )
+    (place / DONE).write_text(json.dumps(submission.requirements))
+
+
+def _paths(place: Path) -> dict[str, str]:
+    environment = str(place / "environment")
+    names = {"base": environment, "platbase": environment}
+    return sysconfig.get_paths(scheme="venv", vars=names)
+
+
+def _our_folders() -> list[str]:
+    paths = sysconfig.get_paths()
+    return list(dict.fromkeys([paths["purelib"], paths["platlib"]]))
+
+
+def _run(command: list[str], submission: Submission) -> None:
+    try:
+        done = subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=SECONDS_TO_INSTALL,
+            stdin=subprocess.DEVNULL,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise _refused(submission, f"it took more than {SECONDS_TO_INSTALL:,} s") from error
+    if done.returncode:
+        raise _refused(submission, _why(f"{done.stdout}\n{done.stderr}"))
+
+
+def _why(said: str) -> str:
+    """What pip says of its failure, in a line."""
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    conflict = [line for line in lines if " depends on " in line or "The user requested" in line]
+    errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
+    return "; ".join(conflict or errors[:1] or lines[-1:] or ["pip says nothing"])
+
+
+def _refused(submission: Submission, why: str) -> SubmissionError:
+    wanted = ", ".join(submission.requirements)
+    return SubmissionError(f"{submission.name}: its requirements ({wanted}) cannot be had: {why}")

@@ -1,0 +1,278 @@
+"""A round from its file to its standings: what is missing is made, and nobody stops the others."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from real_bench.competition.entries import Entry, read_entries
+from real_bench.competition.round_file import RoundFacts
+from real_bench.competition.spec import Competition, Round
+from real_bench.competition.standing import (
+    REFUSED,
+    SCORED,
+    STATUS_OF,
+    WAITING,
+    Failed,
+    Standing,
+    load_standing,
+)
+from real_bench.errors import Interrupted
+from real_bench.experiments.job_state import not_of_this, refusal, state_of
+from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
+from real_bench.experiments.plan import PendingJobs
+from real_bench.experiments.process import Processes
+from real_bench.experiments.scheduler import ExperimentProgress, Failure, JobScheduler
+from real_bench.files import check_folder
+from real_bench.goal_sets import GoalSet, load_goal_set
+from real_bench.locks import write_lock
+from real_bench.recording import Recording
+from real_bench.simulation import Scene, load_scene
+
+Update = Callable[[ExperimentProgress], None]
+
+
+@dataclass(frozen=True)
+class RoundRun:
+    """A round as it is to be held.
+
+    Attributes:
+        competition: what it is part of.
+        name: of the round.
+        submissions: the folder with all submissions.
+        n_at_once: how many jobs at once; as many as there are cores where None.
+        scheduler: the address of a Dask scheduler; processes of this machine where None.
+    """
+
+    competition: Competition
+    name: str
+    submissions: Path
+    n_at_once: int | None = None
+    scheduler: str | None = None
+
+    @property
+    def round(self) -> Round:
+        """What is asked for."""
+        return self.competition.rounds[self.name]
+
+    @property
+    def folder(self) -> Path:
+        """Where what comes of it is kept, a folder a version of a submission."""
+        return self.competition.results_folder / self.name
+
+    @contextlib.contextmanager
+    def own_folder(self) -> Iterator[None]:
+        """The round's folder, in which no other process holds the same."""
+        check_folder(self.folder, make=True)
+        with write_lock(self.folder / "round"):
+            yield
+
+    def prepare(self) -> list[Entry]:
+        """Find out whether all is as it must be, and take in the submissions.
+
+        Raises:
+            RealBenchError: scene, goals or recordings are not, or there is no submission.
+        """
+        self._goals.check_fits(self._scene, self.round.objects)
+        for recording in self.competition.recordings(self.name):
+            with Recording(recording):
+                pass
+        self._facts().save(self.folder)
+        entries = read_entries(
+            self.submissions, self.competition.results_folder, self.round.condition
+        )
+        for entry in entries:
+            self._register(entry)
+        return entries
+
+    def missing(
+        self, entries: Sequence[Entry], *, retry: bool = False, overwrite: bool = False
+    ) -> PendingJobs:
+        """The plays and tests that are not done, of submissions that did not fail yet.
+
+        Args:
+            entries: the submissions.
+            retry: try again what failed.
+            overwrite: do again what is not of this round as it is described now.
+
+        Raises:
+            ExperimentError: files are not of this round, and are not to be overwritten.
+        """
+        plays: list[PlayJob] = []
+        scorings: list[ScoringJob] = []
+        wrong: list[str] = []
+        for entry in entries:
+            if entry.folder is None:
+                continue
+            standing = self._standing(entry)
+            if retry and standing.failures:
+                standing = entry.standing
+                standing.save(self.home(entry))
+            for play, scoring in self.jobs(entry):
+                if {scoring.name, *([play.name] if play else [])} & set(standing.failures):
+                    continue
+                state = state_of(scoring)
+                wrong += [not_of_this(scoring, state.misfits)] if state.misfits else []
+                if state.reached == "done" and not state.misfits:
+                    continue
+                scorings.append(scoring)
+                if play is not None:
+                    played = state_of(play)
+                    wrong += [not_of_this(play, played.misfits)] if played.misfits else []
+                    if played.reached != "done" or played.misfits:
+                        plays.append(play)
+        if wrong and not overwrite:
+            raise refusal(wrong)
+        return PendingJobs(tuple(plays), tuple(scorings))
+
+    def make(
+        self, entries: Sequence[Entry], work: PendingJobs, update: Update
+    ) -> dict[str, Failure]:
+        """Have it done; gives what failed by no fault of a submission, by name of the job.
+
+        Raises:
+            Interrupted: the user stopped it.
+        """
+        whose = {
+            job.name: entry
+            for entry in entries
+            if entry.folder is not None
+            for pair in self.jobs(entry)
+            for job in pair
+            if job is not None
+        }
+
+        def keep(job: Job, failure: Failure) -> None:
+            if failure.kind in STATUS_OF:
+                self._keep(whose[job.name], job, failure)
+
+        try:
+            failures = self._scheduler().do(work, update, keep)
+        except KeyboardInterrupt as error:
+            raise Interrupted(
+                "stopped; what is finished is kept: repeat the command to go on"
+            ) from error
+        blamed = {name for name, failure in failures.items() if failure.kind in STATUS_OF}
+        waited = {job.name for job in work.scorings if job.play in blamed}
+        return {name: each for name, each in failures.items() if name not in blamed | waited}
+
+    def settle(self, entries: Sequence[Entry]) -> list[Standing]:
+        """The standing of each submission as it is now, kept."""
+        standings = []
+        for entry in entries:
+            standing = self._standing(entry)
+            if entry.folder is not None and not standing.failures:
+                states = [state_of(test) for _, test in self.jobs(entry)]
+                done = all(state.reached == "done" for state in states)
+                tests = [state.result for state in states if state.result]
+                seconds = sum(sum(test.seconds.values()) for test in tests)
+                changes = {"status": SCORED if done else WAITING, "seconds": seconds}
+                standing = standing.model_copy(update=changes)
+                standing.save(self.home(entry))
+            standings.append(standing)
+        return standings
+
+    def home(self, entry: Entry) -> Path:
+        """The folder of a version of a submission in this round."""
+        return self.folder / entry.version
+
+    def jobs(self, entry: Entry) -> list[tuple[PlayJob | None, ScoringJob]]:
+        """What a submission goes through: a play, where it plays, and a test, each repeat."""
+        asked = self.round
+        given = self.competition.recordings(self.name)
+        pairs: list[tuple[PlayJob | None, ScoringJob]] = []
+        for number, seed in enumerate(asked.seeds):
+            play = None
+            if asked.play == "own":
+                play = PlayJob(
+                    **self._told(entry, seed, f"{entry.standing.key}-play{seed}", f"seed{seed}.h5"),
+                    steps=asked.steps,
+                    images=None,
+                )
+            run = play.out if play else given[number] if given else None
+            scoring = ScoringJob(
+                **self._told(entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"),
+                trial_steps=asked.trial_steps,
+                goals=self.competition.goals(self.name),
+                n_goals=len(self._goals),
+                goals_sha256=self._goals.sha256,
+                run=run,
+                run_steps=play.steps if play else _length(run),
+                play=play.name if play else None,
+            )
+            pairs.append((play, scoring))
+        return pairs
+
+    def _told(self, entry: Entry, seed: int, name: str, file: str) -> dict[str, Any]:
+        """What a play and a test are told alike."""
+        return {
+            "name": name,
+            "controller": str(entry.folder),
+            "condition": self.round.condition,
+            "objects": self.round.objects,
+            "scene": self.competition.scene_source,
+            "scene_name": self._scene.name,
+            "seed": seed,
+            "settings": {},
+            "out": self.home(entry) / file,
+            "isolate": True,
+            "limits": self.round.limits,
+        }
+
+    def _register(self, entry: Entry) -> None:
+        """Make its folder, and keep what it says; what is known of it already stays."""
+        home = self.home(entry)
+        check_folder(home, make=True)
+        known = load_standing(home)
+        if known is None or entry.folder is None or known.status == REFUSED:
+            failures = {} if known is None else known.failures
+            if not failures:
+                entry.standing.save(home)
+
+    def _standing(self, entry: Entry) -> Standing:
+        return load_standing(self.home(entry)) or entry.standing
+
+    def _keep(self, entry: Entry, job: Job, failure: Failure) -> None:
+        """Keep what ended a submission's job."""
+        told = failure.told.removeprefix(f"{job.name}: ")
+        for place in (f"controller {entry.folder}: ", f"controller {entry.folder} "):
+            told = told.replace(place, "")
+        told = told.replace(f"{entry.folder}/", "")
+        failed = Failed(
+            status=STATUS_OF[failure.kind],
+            told=f"{'play' if isinstance(job, PlayJob) else 'test'}, {told}",
+            seconds=round(failure.seconds, 1),
+        )
+        self._standing(entry).with_failure(job.name, failed).save(self.home(entry))
+
+    def _facts(self) -> RoundFacts:
+        return RoundFacts.of(self.competition, self.name, self._goals)
+
+    @cached_property
+    def _goals(self) -> GoalSet:
+        return load_goal_set(self.competition.goals(self.name))
+
+    @cached_property
+    def _scene(self) -> Scene:
+        return load_scene(self.competition.scene_source)
+
+    def _scheduler(self) -> JobScheduler:
+        """Who does the jobs: processes here, or a cluster."""
+        if self.scheduler is None:
+            n_at_once = self.n_at_once or os.cpu_count() or 1
+            return JobScheduler(Processes(self.folder / "logs"), n_at_once)
+        from real_bench.experiments.cluster import AT_ONCE, Cluster
+
+        return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)
+
+
+def _length(run: Path | None) -> int:
+    if run is None:
+        return 0
+    with Recording(run) as recording:
+        return recording.n_steps

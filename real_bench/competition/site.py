@@ -1,0 +1,153 @@
+"""A leaderboard as a static site: an index, and a page a submission; works from a folder."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from real_bench.competition.leaderboard import Leaderboard, cells, headings, notes, title
+from real_bench.competition.ranking import Row
+from real_bench.competition.round_file import RoundFacts
+from real_bench.errors import GoalSetError
+from real_bench.files import OutputError, check_folder, write_whole
+from real_bench.goal_sets import GoalSet, load_goal_set
+from real_bench.quoting import printable
+from real_bench.report.parts import Tested, read_tested
+from real_bench.simulation import load_scene
+from real_bench.version import __version__
+
+FILMS = "films"
+MARK = "realbench.json"
+"""The file by which a folder is known to be such a site, which alone may be replaced."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """A submission's page.
+
+    Attributes:
+        name: of its file.
+        board: the leaderboard that it is on.
+        row: its place there.
+        tests: its results with pictures, and the addresses of films by goal; none while the goals
+            are hidden.
+    """
+
+    name: str
+    board: Leaderboard
+    row: Row
+    tests: tuple[tuple[Tested, dict[int, str]], ...]
+
+
+def write_site(
+    boards: Sequence[Leaderboard], folder: Path, *, films: bool = False, overwrite: bool = False
+) -> list[str]:
+    """Write the site; gives what is to be remarked.
+
+    Raises:
+        OutputError: the folder holds something else, or another site, which is not overwritten.
+        RealBenchError: a result or goal set cannot be read.
+    """
+    _check(folder, overwrite=overwrite)
+    remarks: list[str] = []
+    names: dict[tuple[str, str], str] = {}
+    for board in boards:
+        goals = _goals(board.facts, remarks)
+        for row in board.rows:
+            name = f"{board.facts.name}-{row.standing.key}.html"
+            names[board.facts.name, row.standing.key] = name
+            shot = folder / FILMS if films else None
+            page = Page(name, board, row, tuple(_tests(board.facts, row, goals, shot)))
+            _write(folder / name, _rendered("submission", page=page))
+    index = _rendered("index", boards=boards, names=names)
+    _write(folder / "index.html", index)
+    write_whole(folder / "leaderboard.json", _json(boards))
+    write_whole(folder / MARK, json.dumps({"realbench": __version__}).encode())
+    return remarks
+
+
+def _check(folder: Path, *, overwrite: bool) -> None:
+    check_folder(folder, make=True)
+    if not any(folder.iterdir()):
+        return
+    if not (folder / MARK).exists():
+        raise OutputError(f"{folder} holds something else: use an empty folder")
+    if not overwrite:
+        raise OutputError(f"{folder} holds a site: use --overwrite, or another --site")
+    for page in folder.glob("*.html"):
+        page.unlink()
+
+
+def _goals(facts: RoundFacts, remarks: list[str]) -> GoalSet | None:
+    """The goals of a round, where they may be shown and are there."""
+    if facts.hidden:
+        remarks.append(
+            f"round {facts.name}: its goals are secret, so the site shows nothing of them; say "
+            "`released: true` in the round's file, and run the round, once they are opened"
+        )
+        return None
+    try:
+        goals = load_goal_set(Path(facts.goals))
+    except GoalSetError as error:
+        remarks.append(f"round {facts.name}: no pictures of its goals: {error}")
+        return None
+    if goals.sha256 != facts.goals_sha256:
+        remarks.append(f"round {facts.name}: no pictures of its goals: {facts.goals} has changed")
+        return None
+    return goals
+
+
+def _tests(
+    facts: RoundFacts, row: Row, goals: GoalSet | None, films: Path | None
+) -> Iterator[tuple[Tested, dict[int, str]]]:
+    """What is shown of the goals, trial by trial."""
+    if facts.hidden:
+        return
+    sets = [] if goals is None else [(Path(facts.goals).name, goals)]
+    for file, result in zip(row.files, row.results, strict=True):
+        names: dict[int, str] = {}
+        if films is not None and goals is not None:
+            from real_bench.competition.films import film_result
+
+            prefix = f"{facts.name}-{row.standing.key}-{file.stem}"
+            names = film_result(result, goals, load_scene(facts.scene), films, prefix)
+        shown = {goal: f"{FILMS}/{name}" for goal, name in names.items()}
+        yield read_tested(file, (), sets), shown
+
+
+def _rendered(name: str, **told: object) -> str:
+    """A page. All text is escaped, whoever wrote it."""
+    from jinja2 import Environment, StrictUndefined
+
+    here, report = files("real_bench.competition"), files("real_bench.report")
+    page = Environment(
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        finalize=lambda value: printable(value) if type(value) is str else value,
+    ).from_string((here / f"{name}.html.jinja").read_text(encoding="utf-8"))
+    return page.render(
+        cells=cells,
+        headings=headings,
+        notes=notes,
+        title=title,
+        zip=zip,
+        style=(report / "page.css").read_text(encoding="utf-8")
+        + (here / "site.css").read_text(encoding="utf-8"),
+        script=(report / "page.js").read_text(encoding="utf-8"),
+        version=__version__,
+        **told,
+    )
+
+
+def _write(path: Path, text: str) -> None:
+    write_whole(path, text.encode())
+
+
+def _json(boards: Sequence[Leaderboard]) -> bytes:
+    from real_bench.competition.leaderboard import json_boards
+
+    return json.dumps(json_boards(boards), ensure_ascii=False).encode()

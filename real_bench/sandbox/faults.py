@@ -1,0 +1,49 @@
+"""Of which kind a failure in the child was, as it is told to the parent.
+
+The child may say what it likes: the kind decides nothing but the word for its failure.
+"""
+
+from __future__ import annotations
+
+from real_bench.errors import (
+    ControllerError,
+    ControllerFailedError,
+    OutOfMemoryError,
+    SubmissionError,
+)
+
+KINDS: dict[str, type[ControllerError]] = {
+    "crashed": ControllerFailedError,
+    "memory": OutOfMemoryError,
+    "unfit": SubmissionError,
+    "asked": ControllerError,
+}
+"""The errors that a child may report; others are found by the parent itself."""
+
+NO_MEMORY = ("MemoryError", "bad_alloc", "can't allocate memory", "Cannot allocate memory")
+LONGEST_CHAIN = 20
+
+
+def fault_kind(error: BaseException) -> str:
+    """The kind of an error, by its name in :data:`KINDS`."""
+    link: BaseException | None = error
+    for _ in range(LONGEST_CHAIN):
+        if link is None:
+            break
+        if isinstance(link, MemoryError) or of_memory(f"{type(link).__name__}: {link}"):
+            return "memory"
+        link = link.__cause__
+    for name, kind in KINDS.items():
+        if type(error) is kind:
+            return name
+    return "crashed"
+
+
+def fault_of_kind(kind: str, told: str) -> ControllerError:
+    """The error for what a child reports."""
+    return KINDS.get(kind, ControllerFailedError)(told)
+
+
+def of_memory(text: str) -> bool:
+    """Whether a text says that memory ran out."""
+    return any(sign in text for sign in NO_MEMORY)

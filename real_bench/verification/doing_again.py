@@ -1,0 +1,181 @@
+"""Has a submission do again, isolated, what a bundle says that it did."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from real_bench.conditions import Condition
+from real_bench.errors import ResultError
+from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
+from real_bench.locks import own_folder
+from real_bench.phases.handover import Wanted
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.proxy import Identity
+from real_bench.phases.trial import TrialMaker, TrialPlan
+from real_bench.recording import Recording
+from real_bench.recording.state import strip_state
+from real_bench.sandbox import Limits, SandboxBackend
+from real_bench.scoring.result import Result
+from real_bench.simulation import load_scene
+from real_bench.verification.bundles import Bundle
+from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, Told
+
+
+def acts_again(
+    result: Result, bundle: Bundle, goals: Path | None, scene: str | None, n: int, limits: Limits
+) -> Told:
+    """Whether the submission acts in trials as the result says, and its state follows from play.
+
+    It is tested again on the first goals, with the state that it handed over, and with one that it
+    learns again from the recording; the commands must be the same. Where it does not act twice
+    alike nothing can be told.
+
+    Returns:
+        A verdict, and why.
+
+    Raises:
+        RealBenchError: the submission cannot be run.
+    """
+    wanted: Wanted | None
+    numbers = result.setting.goal_numbers[:n]
+    known = {trial.goal: trial.actions_sha256 for trial in result.trials}
+    recorded = [known[number] for number in numbers if number in known]
+    tests = _Tests(result, bundle, goals, scene, numbers[: len(recorded)], limits)
+    identity = tests.identity
+    if result.setting.learned is not None or bundle.recording is None:
+        wanted = None
+    else:
+        wanted = "again" if identity.learns_from_experience else "nothing"
+    if (first := tests.commands(wanted)) != recorded:
+        if tests.commands(wanted) != first:
+            return NOT_CHECKED, "it does not act twice alike"
+        return FAILS, "tested again, the submission acts otherwise: these are not its commands"
+    goals_told = f"{len(recorded)} goal{'' if len(recorded) == 1 else 's'}"
+    if bundle.recording is None:
+        return HOLDS, f"it acts alike again ({goals_told})"
+    if not identity.learns_from_experience:
+        return NOT_CHECKED, (
+            f"it acts alike again ({goals_told}), but cannot learn again: it has no "
+            "use_experience() (--play-again has it play)"
+        )
+    if result.setting.learned is None:
+        return HOLDS, f"it learns the same from the recording ({goals_told})"
+    again = tests.commands("again")
+    if again == recorded:
+        return HOLDS, f"it learns the same again from the recording ({goals_told})"
+    if tests.commands("again") != again:
+        return NOT_CHECKED, "its learning is not repeatable"
+    return FAILS, (
+        "learned again from the recording, it acts otherwise: its state is of another play, or "
+        "holds what no recording tells (--play-again decides)"
+    )
+
+
+def plays_again(bundle: Bundle, scene: str | None, limits: Limits) -> Told:
+    """Whether the submission plays as recorded, and hands over the same state.
+
+    Returns:
+        A verdict, and why.
+
+    Raises:
+        RealBenchError: the submission cannot be run.
+    """
+    if bundle.recording is None or bundle.submission is None:
+        return NOT_CHECKED, "there is no recording, or no submission"
+    with Recording(bundle.recording) as recording, own_folder("realbench-again-") as folder:
+        header = recording.header
+        if recording.cuts:
+            return NOT_CHECKED, "it was cut and went on, which no play does again"
+        phase = IntrinsicPhase(
+            controller=str(bundle.submission),
+            condition=Condition.parse(header.condition),
+            objects=header.objects,
+            scene=load_scene(scene or header.scene_source),
+            steps=recording.total_steps,
+            seed=header.seed,
+            out=folder / "again.h5",
+            images=header.images,
+            settings=header.settings,
+            backend=SandboxBackend((bundle.result.parent,), limits),
+        )
+        phase.run(lambda progress: None).close()
+        with Recording(phase.out) as again:
+            if again.commands_sha256 != recording.commands_sha256:
+                return FAILS, "it plays otherwise: this play is not its own, or not repeatable"
+            if not _same_state(recording, again):
+                return FAILS, "it plays alike, but hands over another state"
+    return HOLDS, "it plays alike and hands over the same state"
+
+
+class _Tests:
+    """Tests on some goals of a result, as often as one likes."""
+
+    def __init__(
+        self,
+        result: Result,
+        bundle: Bundle,
+        goals: Path | None,
+        scene: str | None,
+        numbers: tuple[int, ...],
+        limits: Limits,
+    ) -> None:
+        assert bundle.submission is not None
+        self._setting, self._bundle, self._numbers = result.setting, bundle, numbers
+        self._goals = _goal_set(result, goals)
+        self._scene = load_scene(scene or self._setting.scene)
+        self._controller = str(bundle.submission)
+        files = (bundle.result, *([bundle.recording] if bundle.recording else []))
+        self._backend = SandboxBackend((*files, *([goals] if goals else [])), limits)
+
+    @property
+    def identity(self) -> Identity:
+        """What the submission is."""
+        return self._backend.identity(self._controller, self._setting.settings)
+
+    def commands(self, wanted: Wanted | None) -> list[str]:
+        """The hashes of what it commands in each trial."""
+        return list(self._made(wanted))
+
+    def _made(self, wanted: Wanted | None) -> Iterator[str]:
+        setting, run = self._setting, self._bundle.recording
+        plan = TrialPlan(
+            controller=self._controller,
+            condition=Condition.parse(setting.condition),
+            scene=self._scene,
+            goal_set=self._goals,
+            seed=setting.seed,
+            trial_steps=setting.trial_steps,
+            run=run,
+            run_steps=_part(run, setting.run_steps),
+            settings=setting.settings,
+            wanted=wanted,
+            backend=self._backend,
+        )
+        with closing(TrialMaker(plan, given=plan.handover(self.identity))) as maker:
+            for number in self._numbers:
+                yield maker.make(number)[0].actions_sha256
+
+
+def _goal_set(result: Result, goals: Path | None) -> GoalSet:
+    goal_set = load_goal_set(goals or shipped_goal_set(result.setting.objects))
+    if goal_set.sha256 != result.setting.goals_sha256:
+        raise ResultError("it is of other goals")
+    return goal_set
+
+
+def _part(run: Path | None, steps: int) -> int | None:
+    """How many steps it learned from; None: all."""
+    if run is None:
+        return None
+    with Recording(run) as recording:
+        return None if recording.n_steps == steps else steps
+
+
+def _same_state(one: Recording, other: Recording) -> bool:
+    structure, arrays = strip_state(one.controller_state())
+    again, others = strip_state(other.controller_state())
+    return structure == again and all(map(np.array_equal, arrays, others))

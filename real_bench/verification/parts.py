@@ -1,0 +1,19 @@
+"""The verdict on a part of what was handed in together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+HOLDS, FAILS, UNDECIDED, NOT_CHECKED = "holds", "FAILS", "undecided", "not checked"
+
+Told = tuple[str, str]
+"""A verdict, one of these, and why."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Something of a bundle that was checked: what it is, the verdict, and why."""
+
+    what: str
+    verdict: str
+    told: str

@@ -1,0 +1,202 @@
+"""Verifies a bundle as a whole: that its parts hold, and that each follows from the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from real_bench.errors import Interrupted, RealBenchError
+from real_bench.recording import Recording
+from real_bench.sandbox import Limits
+from real_bench.scoring.result import Result, load_result
+from real_bench.source import ControllerSource
+from real_bench.verification.bundles import Bundle
+from real_bench.verification.doing_again import acts_again, plays_again
+from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, UNDECIDED, Part, Told
+from real_bench.verification.recordings import RecordingVerification
+from real_bench.verification.results import ResultVerification
+
+OnReplay = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class BundleVerdict:
+    """What came of verifying a bundle.
+
+    Attributes:
+        bundle: what was verified.
+        score: as recorded; None where the result cannot be read.
+        parts: of it.
+    """
+
+    bundle: Bundle
+    score: float | None
+    parts: tuple[Part, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether all that could be checked holds."""
+        return all(part.verdict in (HOLDS, NOT_CHECKED) for part in self.parts)
+
+    @property
+    def is_undecided(self) -> bool:
+        """Whether nothing fails, and something cannot be judged here."""
+        verdicts = {part.verdict for part in self.parts}
+        return FAILS not in verdicts and UNDECIDED in verdicts
+
+    @property
+    def told(self) -> str:
+        """The verdict in a line."""
+        wrong = [part for part in self.parts if part.verdict in (FAILS, UNDECIDED)]
+        if wrong:
+            first = min(wrong, key=lambda part: part.verdict != FAILS)
+            return f"{first.what}: {first.told}"
+        done = ", ".join(part.what for part in self.parts if part.verdict == HOLDS)
+        left = ", ".join(part.what for part in self.parts if part.verdict == NOT_CHECKED)
+        return f"verified: {done}" + (f" (not checked: {left})" if left else "")
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it."""
+        return {
+            "result": str(self.bundle.result),
+            "recording": None if self.bundle.recording is None else str(self.bundle.recording),
+            "submission": None if self.bundle.submission is None else str(self.bundle.submission),
+            "score": self.score,
+            "verified": self.holds,
+            "undecided": self.is_undecided,
+            "told": self.told,
+            "parts": [asdict(part) for part in self.parts],
+        }
+
+
+@dataclass(frozen=True)
+class BundleVerification:
+    """A bundle to be verified.
+
+    Attributes:
+        bundle: what belongs together.
+        goals, scene: of the result; the shipped ones where None.
+        may_be_incomplete: whether a result passes whose trials have not all been made.
+        jobs: number of processes, for the trials.
+        n_steps: replay so many steps of the recording; None: all.
+        n_again: so many goals are tested again with the submission; 0: it is not run.
+        play_again: whether it has to play again, too.
+        limits: what it may use up.
+    """
+
+    bundle: Bundle
+    goals: Path | None = None
+    scene: str | None = None
+    may_be_incomplete: bool = False
+    jobs: int = 1
+    n_steps: int | None = None
+    n_again: int = 2
+    play_again: bool = False
+    limits: Limits = field(default_factory=Limits)
+
+    def verify(self, report: OnReplay = lambda done, total: None) -> BundleVerdict:
+        """Check part by part; a part that cannot be read fails.
+
+        Raises:
+            Interrupted: the user stopped it.
+        """
+        try:
+            result = load_result(self.bundle.result)
+            score = result.score
+        except RealBenchError as error:
+            told = _inside(str(error), self.bundle)
+            return BundleVerdict(self.bundle, None, (Part("result", FAILS, told),))
+        parts: list[Part] = []
+        checks: dict[str, Callable[[], Told]] = {
+            "trials": lambda: self._trials(report),
+            "recording": self._recording,
+            "code": lambda: self._code(result),
+            "settings": lambda: self._settings(result),
+            "state": lambda: self._state(result, parts),
+            "play": lambda: self._play(parts),
+        }
+        for what, check in checks.items():
+            try:
+                verdict, told = check()
+            except Interrupted:
+                raise
+            except RealBenchError as error:
+                verdict, told = FAILS, str(error)
+            parts.append(Part(what, verdict, _inside(told, self.bundle)))
+        return BundleVerdict(self.bundle, score, tuple(parts))
+
+    def _trials(self, report: OnReplay) -> Told:
+        verdict = ResultVerification(
+            self.bundle.result,
+            goals=self.goals,
+            scene=self.scene,
+            run=self.bundle.recording,
+            may_be_incomplete=self.may_be_incomplete,
+            jobs=self.jobs,
+        ).verify(report)
+        return _of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
+
+    def _recording(self) -> Told:
+        if self.bundle.recording is None:
+            return NOT_CHECKED, "there is none"
+        verdict = RecordingVerification(
+            self.bundle.recording, scene=self.scene, n_steps=self.n_steps
+        ).verify(lambda done, total: None)
+        return _of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
+
+    def _code(self, result: Result) -> Told:
+        if self.bundle.submission is None:
+            return NOT_CHECKED, "there is no submission"
+        here = ControllerSource.of(str(self.bundle.submission)).code_sha256
+        if here != result.setting.controller_sha256:
+            return FAILS, "the submission is not the code that was tested"
+        learned = result.setting.learned
+        if learned is not None and here != learned.code_sha256:
+            return FAILS, "what it learned was learned by other code"
+        if self.bundle.recording is not None:
+            with Recording(self.bundle.recording) as recording:
+                played = recording.code_sha256
+            if played != here and learned is not None:
+                return FAILS, "the submission is not the code that played"
+        return HOLDS, f"{here[:12]} played and was tested"
+
+    def _settings(self, result: Result) -> Told:
+        learned = result.setting.learned
+        if learned is not None and learned.settings != result.setting.settings:
+            return FAILS, "what it learned was learned with other settings"
+        if self.bundle.recording is None or learned is None:
+            return HOLDS, "those of the result"
+        with Recording(self.bundle.recording) as recording:
+            played = recording.header.settings
+        if played != result.setting.settings:
+            return FAILS, "it played with other settings than it was tested with"
+        return HOLDS, "it played and was tested with the same"
+
+    def _state(self, result: Result, before: Sequence[Part]) -> Told:
+        if self.bundle.submission is None or self.n_again < 1:
+            return NOT_CHECKED, "the submission was not run"
+        if _any_wrong(before):
+            return NOT_CHECKED, "other parts do not hold"
+        return acts_again(result, self.bundle, self.goals, self.scene, self.n_again, self.limits)
+
+    def _play(self, before: Sequence[Part]) -> Told:
+        if not self.play_again or self.bundle.submission is None:
+            return NOT_CHECKED, "it did not play again"
+        if _any_wrong(part for part in before if part.what != "state"):
+            return NOT_CHECKED, "other parts do not hold"
+        return plays_again(self.bundle, self.scene, self.limits)
+
+
+def _any_wrong(parts: Iterable[Part]) -> bool:
+    return any(part.verdict in (FAILS, UNDECIDED) for part in parts)
+
+
+def _of(holds: bool, is_undecided: bool) -> str:
+    return HOLDS if holds else UNDECIDED if is_undecided else FAILS
+
+
+def _inside(told: str, bundle: Bundle) -> str:
+    """Without the folder that everything lies in."""
+    return told.replace(f"{bundle.result.parent}/", "")

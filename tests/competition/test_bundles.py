@@ -1,0 +1,251 @@
+"""What participants mail in, honest and forged in every way that has a name."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pytest
+
+from real_bench.goal_sets import generate_goal_set, save_goal_set
+from real_bench.scoring.result_file import sealed
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench
+from tests.competition.five import rounds, submission
+
+LEARNER = """
+import numpy as np
+
+from real_bench.actions import Action
+from real_bench.controller import Controller
+
+
+class Learner(Controller):
+    '''Learns one number from what it went through, and acts by it.'''
+
+    def __init__(self, action_space, observation_space):
+        super().__init__(action_space, observation_space)
+        self.seed(0)
+        self.learned = 0.0
+
+    def seed(self, seed):
+        self._random = np.random.default_rng(seed)
+
+    def next_action(self, observation):
+        x, y = self._random.uniform((-0.2, -0.4), (0.0, 0.4))
+        return Action.macro([[x, y], [x + self.learned, -y]])
+
+    def use_experience(self, experience):
+        if self.learned == 0.0:
+            commands = experience.action(0).commands
+            self.learned = float(np.abs(commands).sum() % 0.05) + 0.001
+
+    def get_state(self):
+        return {"learned": self.learned}
+
+    def set_state(self, state):
+        self.learned = state["learned"]
+"""
+
+Bundle = Callable[..., Path]
+
+
+@pytest.fixture(scope="session")
+def honest(tmp_path_factory: pytest.TempPathFactory, goals_file: Path) -> Path:
+    """A submission that played twice, with other seeds, and was tested after each."""
+    place = tmp_path_factory.mktemp("honest")
+    shutil.copy(goals_file, place / "goals.npy")
+    submission(place / "submission", LEARNER)
+    for seed in (1, 2):
+        play = ["--scene", "builtin", "--steps", "3000", "--seed", seed, "--out", f"run{seed}.h5"]
+        realbench(place, "intrinsic", "--controller", "submission", "--isolate", *play)
+        test = ["--goals", "goals.npy", "--trial-steps", "1000", "--out", f"score{seed}.json"]
+        realbench(place, "extrinsic", "--run", f"run{seed}.h5", "--isolate", *test)
+    return place
+
+
+@pytest.fixture
+def bundle(honest: Path, tmp_path: Path) -> Bundle:
+    """A copy of the first of these, as it would be mailed in."""
+
+    def bundle(name: str = "team") -> Path:
+        place = tmp_path / "mailed" / name
+        place.mkdir(parents=True)
+        shutil.copytree(honest / "submission", place / "submission")
+        shutil.copy(honest / "run1.h5", place / "run.h5")
+        shutil.copy(honest / "score1.json", place / "score.json")
+        return place
+
+    return bundle
+
+
+def forge(result: Path, change: Callable[[dict[str, Any]], None]) -> None:
+    """Change a result, and seal it anew."""
+    content = json.loads(result.read_text())
+    change(content)
+    result.write_text(json.dumps(sealed(content)))
+
+
+def verdict(place: Path, honest: Path, *options: str, code: int = 4) -> dict[str, Any]:
+    goals = ["--goals", honest / "goals.npy"]
+    done = realbench(place, "verify", ".", *goals, "--json", *options, code=code)
+    (found,) = json.loads(done.stdout)
+    return dict(found)
+
+
+def parts(found: dict[str, Any]) -> dict[str, str]:
+    return {part["what"]: part["verdict"] for part in found["parts"]}
+
+
+def test_an_honest_one_is_verified_as_a_whole(bundle: Bundle, honest: Path) -> None:
+    found = verdict(bundle(), honest, "--play-again", code=0)
+    assert set(parts(found).values()) == {"holds"}
+    assert found["told"] == "verified: trials, recording, code, settings, state, play"
+
+
+def test_a_forged_score_is_named(bundle: Bundle, honest: Path) -> None:
+    place = bundle()
+
+    def nearer(content: dict[str, Any]) -> None:
+        content["trials"][0]["distances"] = [0.001]
+
+    forge(place / "score.json", nearer)
+    found = verdict(place, honest)
+    assert parts(found)["trials"] == "FAILS"
+    assert "first goal 0: distance" in found["told"]
+
+
+def test_code_that_was_swapped_after_the_play_is_named(bundle: Bundle, honest: Path) -> None:
+    place = bundle()
+    (place / "submission" / "controller.py").write_text(LEARNER + "\nBETTER = True\n")
+    found = verdict(place, honest)
+    assert found["told"] == "code: the submission is not the code that was tested"
+    from real_bench.source import ControllerSource
+
+    swapped = ControllerSource.of(str(place / "submission")).code_sha256
+
+    def hash_too(content: dict[str, Any]) -> None:
+        content["setting"]["controller_sha256"] = swapped
+
+    forge(place / "score.json", hash_too)
+    found = verdict(place, honest)
+    assert found["told"] == "code: what it learned was learned by other code"
+
+    def all_hashes(content: dict[str, Any]) -> None:
+        content["setting"]["learned"]["code_sha256"] = swapped
+
+    forge(place / "score.json", all_hashes)
+    assert verdict(place, honest)["told"] == "code: the submission is not the code that played"
+
+
+def test_other_goals_are_named(
+    bundle: Bundle, honest: Path, builtin_scene: Scene, tmp_path: Path
+) -> None:
+    """Tested on goals of its own choice, whatever hash it then writes into the file."""
+    place, easy = bundle(), tmp_path / "easy.npy"
+    save_goal_set(generate_goal_set(builtin_scene, 1, 8, counts={"2D": 2, "2.5D": 1}), easy)
+    test = ["--goals", easy, "--trial-steps", "1000", "--out", "score.json", "--overwrite"]
+    whom = ["--controller", "submission", "--run", "run.h5", "--isolate"]
+    realbench(place, "extrinsic", *whom, *test)
+    assert "is of goals" in verdict(place, honest)["told"]
+    wanted = json.loads((honest / "score1.json").read_text())["setting"]["goals_sha256"]
+
+    def hash_too(content: dict[str, Any]) -> None:
+        content["setting"]["goals_sha256"] = wanted
+
+    forge(place / "score.json", hash_too)
+    found = verdict(place, honest)
+    assert parts(found)["trials"] == "FAILS"
+    assert "trials differ" in found["told"]
+
+
+def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
+    """The recording is of one play, what was learned of another: trials and play replay."""
+    place = bundle()
+    with h5py.File(honest / "run2.h5") as other, h5py.File(place / "run.h5", "r+") as run:
+        names = [name for name in run if "state" in name and name != "states"]
+        assert names
+        for name in names:
+            del run[name]
+            other.copy(name, run)
+    test = ["--goals", honest / "goals.npy", "--trial-steps", "1000", "--overwrite"]
+    whom = ["--controller", "submission", "--run", "run.h5", "--isolate"]
+    realbench(place, "extrinsic", *whom, *test, "--out", "score.json")
+    found = verdict(place, honest)
+    assert parts(found) == {
+        "trials": "holds",
+        "recording": "holds",
+        "code": "holds",
+        "settings": "holds",
+        "state": "FAILS",
+        "play": "not checked",
+    }
+    assert "its state is of another play" in found["told"]
+    found = verdict(place, honest, "--relearn", "0", "--play-again")
+    assert "it plays alike, but hands over another state" in found["told"]
+
+
+def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: Path) -> None:
+    place = bundle()
+    shutil.copy(honest / "run2.h5", place / "run.h5")
+    assert "run.h5 is not what it learned from" in verdict(place, honest)["told"]
+    place = bundle("second")
+    shutil.copy(honest / "score2.json", place / "score.json")
+    shutil.copy(honest / "run2.h5", place / "run.h5")
+
+    def as_of_another_seed(content: dict[str, Any]) -> None:
+        content["setting"]["seed"] = 77
+
+    forge(place / "score.json", as_of_another_seed)
+    assert "these are not its commands" in verdict(place, honest)["told"]
+
+
+def test_many_have_a_verdict_each(bundle: Bundle, honest: Path) -> None:
+    mailed = bundle("honest").parent
+    forged = bundle("forged")
+    forge(forged / "score.json", lambda content: content["trials"][0].update(distances=[0.0]))
+    (bundle("damaged") / "score.json").write_text('{"format": "realbench-result", "version": 3}')
+    alone = bundle("alone")
+    shutil.rmtree(alone / "submission")
+    (alone / "run.h5").unlink()
+    goals = ["--goals", honest / "goals.npy"]
+    done = realbench(mailed, "verify", ".", *goals, code=4)
+    lines = [line for line in done.stdout.splitlines() if "score.json: " in line]
+    assert [line.partition(":")[0] for line in lines] == [
+        f"{name}/score.json" for name in ("alone", "damaged", "forged", "honest")
+    ]
+    assert "verified: trials, settings (not checked: recording, code, state, play)" in lines[0]
+    assert "NOT VERIFIED: result: score.json is damaged" in lines[1]
+    assert "NOT VERIFIED: trials: " in lines[2]
+    assert "honest/score.json: verified: " in lines[3]
+
+
+def test_a_round_is_verified_and_its_leaderboard_says_so(place: Path) -> None:
+    submission(place / "submissions" / "learner", LEARNER)
+    path = rounds(place, steps=2000, trial_steps=800)
+    realbench(place, "round", "run", "submissions", path)
+    goals = ["--goals", "goals.npy"]
+    done = realbench(place, "verify", "results", *goals, "--relearn", "1")
+    assert "verified: trials, recording, code, settings, state" in done.stdout
+    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
+    (row,) = json.loads(told)["first"]["rows"]
+    assert row["verified"]["holds"] is True
+    assert " yes " in realbench(place, "leaderboard", "results").stdout + " "
+    result = next((place / "results" / "first").glob("learner-*/seed0.json"))
+    forge(result, lambda content: content["trials"][0].update(distances=[0.0]))
+    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
+    assert json.loads(told)["first"]["rows"][0]["verified"] is None
+
+
+def test_options_that_mean_nothing_are_refused(bundle: Bundle) -> None:
+    place = bundle()
+    done = realbench(place, "verify", "score.json", "--relearn", "1", code=2)
+    assert "--relearn is not for a result" in done.stderr
+    done = realbench(place, "verify", ".", "--run", "run.h5", code=2)
+    assert "--run is not for a folder" in done.stderr
+    done = realbench(place, "verify", "submission", code=1)
+    assert "no result found in submission" in done.stderr

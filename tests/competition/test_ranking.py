@@ -1,0 +1,80 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from real_bench.competition.ranking import Row, ranked
+from real_bench.competition.standing import Standing, Status
+from real_bench.scoring.comparison import compare
+from real_bench.scoring.repeats import by_goal, summarise_repeats
+from tests.scoring.bench import made
+
+DISTANCES = st.lists(st.floats(0.0, 0.5), min_size=8, max_size=8)
+
+
+def row(key: str, distances: list[float] | None, status: Status = "scored") -> Row:
+    """A submission with these distances, or one that failed."""
+    standing = Standing(
+        key=key, name=key, authors=(), description="", sha256="1" * 64, date="", status=status
+    )
+    if distances is None:
+        return Row(standing, Path())
+    results = (made(distances),)
+    return Row(standing, Path(), (), results, summarise_repeats(by_goal(results)))
+
+
+def ranks(rows: list[Row]) -> list[tuple[str, int | None]]:
+    return [(each.standing.key, each.rank) for each in rows]
+
+
+def test_those_who_cannot_be_told_apart_share_a_rank() -> None:
+    near = [0.00, 0.01, 0.02, 0.01, 0.00, 0.02, 0.01, 0.00]
+    like = [0.01, 0.00, 0.01, 0.02, 0.01, 0.00, 0.02, 0.01]
+    far = [0.30, 0.31, 0.29, 0.32, 0.30, 0.33, 0.28, 0.30]
+    rows = [row("far", far), row("near", near), row("like", like), row("lost", None, "crashed")]
+    found = ranked(rows, "excluded", "paired")
+    assert {each.standing.key for each in found[:2]} == {"near", "like"}
+    assert [each.rank for each in found] == [1, 1, 3, None]
+    assert found[0].against_first is None
+    assert found[1].against_first is not None
+    assert ranks(ranked(rows, "zero", "paired"))[-1] == ("lost", 4)
+    alone = ranked(rows, "excluded", "none")
+    assert [each.rank for each in alone] == [1, 2, 3, None]
+
+
+def test_equal_ones_share_a_rank_whatever_the_rule() -> None:
+    rows = [row("b", [0.1, 0.2, 0.3]), row("a", [0.1, 0.2, 0.3])]
+    for ties in ("none", "paired"):
+        assert ranks(ranked(rows, "zero", ties)) == [("a", 1), ("b", 1)]
+
+
+def test_one_that_waits_has_no_rank() -> None:
+    rows = [row("a", None, "waiting"), row("b", None, "refused"), row("c", [0.1, 0.2])]
+    assert ranks(ranked(rows, "zero", "paired")) == [("c", 1), ("b", 2), ("a", None)]
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(DISTANCES, min_size=1, max_size=5), st.randoms())
+def test_laws_of_ranks(many: list[list[float]], shuffle: object) -> None:
+    """Ranks follow the means, whatever the order; a group is one that its first cannot be told
+    from, and the next group begins with one that can."""
+    rows = [row(f"s{number}", distances) for number, distances in enumerate(many)]
+    found = ranked(rows, "excluded", "paired")
+    mixed = list(rows)
+    shuffle.shuffle(mixed)  # type: ignore[attr-defined]
+    assert ranks(ranked(mixed, "excluded", "paired")) == ranks(found)
+    assert [each.mean for each in found] == sorted((each.mean for each in found), reverse=True)
+    first = found[0]
+    for number, each in enumerate(found):
+        assert each.rank is not None
+        assert each.rank <= number + 1
+        interval = compare(each.results, first.results).score.interval
+        cannot_tell = interval is None or interval.low <= 0 <= interval.high
+        if each.rank == first.rank:
+            assert cannot_tell
+        else:
+            assert not cannot_tell
+            assert each.rank == number + 1
+            first = each

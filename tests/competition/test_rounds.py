@@ -1,0 +1,165 @@
+from __future__ import annotations
+
+import json
+import random
+import subprocess
+import time
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from real_bench.competition.packing import pack
+from real_bench.scoring.result import load_result
+from tests.cli.shell import COMMAND, realbench
+from tests.competition.five import CRASHING, GOOD, MEMORY, derived, rounds, submission
+
+
+def rows_of(place: Path, name: str = "first") -> dict[str, Any]:
+    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
+    return {row["key"]: row for row in json.loads(told)[name]["rows"]}
+
+
+def without_times(rows: dict[str, Any]) -> dict[str, Any]:
+    """All but how long things took."""
+    for row in rows.values():
+        row.pop("seconds")
+        for failed in row["failures"].values():
+            failed.pop("seconds")
+    return rows
+
+
+def test_a_killed_round_ends_as_one_that_was_not(place: Path) -> None:
+    submissions = place / "submissions"
+    submission(submissions / "good", GOOD)
+    submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
+    path = rounds(place, repeats=2)
+    run = ["round", "run", "submissions", path, "--jobs", "2"]
+    realbench(place, *run)
+    undisturbed = without_times(rows_of(place))
+    (place / "results").rename(place / "kept")
+    moments = random.Random(3)
+    n_killed = 0
+    for _ in range(3):
+        process = subprocess.Popen(
+            [str(COMMAND), *map(str, run)],
+            cwd=place,
+            stderr=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+        )
+        time.sleep(moments.uniform(3, 16))
+        n_killed += process.poll() is None
+        process.kill()
+        process.wait()
+    assert n_killed
+    realbench(place, *run)
+    assert without_times(rows_of(place)) == undisturbed
+    assert undisturbed["good"]["rank"] == 1
+
+
+def test_archives_versions_and_what_does_not_fit(place: Path) -> None:
+    """A zip is played as it was handed in; a new version is another one; others are refused."""
+    submissions = place / "submissions"
+    folder = submission(place / "work", GOOD)
+    submissions.mkdir()
+    pack(folder, submissions / "team.zip")
+    submission(submissions / "other", GOOD, condition="IM")
+    (submissions / "empty").mkdir()
+    (submissions / "bad.zip").write_bytes(b"PK nothing")
+    (submissions / "notes.txt").write_text("no submission")
+    path = rounds(place, play="none", trial_steps=1000)
+    realbench(place, "round", "run", "submissions", path)
+    rows = rows_of(place)
+    assert rows["team"]["status"] == "scored"
+    assert rows["other"]["told"] == "it is made for IM, this round is OM"
+    assert rows["empty"]["told"] == "empty has no submission.yaml"
+    assert "cannot be unpacked" in rows["bad"]["told"]
+    result = load_result(next((place / "results" / "first").glob("team-*/seed0.json")))
+    assert result.setting.controller.endswith(":Work")
+    first = rows["team"]["sha256"]
+    (folder / "controller.py").write_text(GOOD + "\nNEW = True\n")
+    (submissions / "team.zip").unlink()
+    pack(folder, submissions / "team.zip")
+    realbench(place, "round", "run", "submissions", path)
+    assert rows_of(place)["team"]["sha256"] != first
+    assert len(list((place / "results" / "first").glob("team-*"))) == 2
+
+
+def test_a_failure_is_tried_again_when_asked(place: Path) -> None:
+    """Here one of memory, which counts zero, until the organisers allow more."""
+    submission(place / "submissions" / "greedy", derived(MEMORY), entry="controller.py:Greedy")
+    limits = {"memory_gib": 2, "call_s": 60, "total_s": 60}
+    path = rounds(place, limits=limits, failure="zero", steps=1000)
+    realbench(place, "round", "run", "submissions", path)
+    row = rows_of(place)["greedy"]
+    assert (row["status"], row["rank"]) == ("out of memory", 1)
+    assert "MemoryError" in row["told"]
+    realbench(place, "round", "run", "submissions", path)
+    done = realbench(place, "round", "run", "submissions", path, "--retry")
+    assert "1 plays and 1 tests to do" in done.stderr
+
+
+def test_recordings_may_be_given(place: Path) -> None:
+    """All learn from the same ones: a test each."""
+    play = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
+    for seed in (1, 2):
+        out = place / f"run{seed}.h5"
+        realbench(place, "intrinsic", *play, "--steps", "3000", "--seed", seed, "--out", out)
+    code = "from real_bench.controllers.real_d import RealD\n\n\nclass Mine(RealD):\n    pass\n"
+    submission(place / "submissions" / "planner", code)
+    path = rounds(place, play="given", recordings=["run1.h5", "run2.h5"], trial_steps=1000)
+    realbench(place, "round", "run", "submissions", path)
+    row = rows_of(place)["planner"]
+    assert row["status"] == "scored"
+    assert row["summary"]["n_plays"] == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"condition": "XX"}, "rounds.first.condition: "),
+        ({"limits": {"memory_gib": -1}}, "--memory-limit must be above 0"),
+        ({"limits": {"memory": 1}}, "rounds.first.limits: "),
+        ({"play": "given"}, "recordings are named where"),
+        ({"ties": "maybe"}, "rounds.first.ties: "),
+        ({"goals": "none.npy"}, "none.npy"),
+    ],
+)
+def test_mistakes_are_told_before_any_work(place: Path, changes: dict[str, Any], told: str) -> None:
+    submission(place / "submissions" / "good", GOOD)
+    done = realbench(place, "round", "run", "submissions", rounds(place, **changes), code=1)
+    assert told in done.stderr
+    assert not list(place.glob("results/*/good-*"))
+
+
+def test_what_there_is_not_is_told(place: Path) -> None:
+    (place / "submissions").mkdir()
+    path = rounds(place)
+    done = realbench(place, "round", "run", "submissions", path, code=1)
+    assert "there is no submission in submissions" in done.stderr
+    done = realbench(place, "round", "run", "submissions", path, "--round", "last", code=2)
+    assert "has no round last: use first" in done.stderr
+    done = realbench(place, "leaderboard", "submissions", code=1)
+    assert "holds no round (`realbench round run` makes one)" in done.stderr
+
+
+def test_a_round_that_is_described_otherwise_is_not_mixed(place: Path) -> None:
+    submission(place / "submissions" / "good", GOOD)
+    realbench(place, "round", "run", "submissions", rounds(place, steps=1000, trial_steps=500))
+    path = rounds(place, steps=1000, trial_steps=600)
+    done = realbench(place, "round", "run", "submissions", path, code=1)
+    assert "trial steps 500, not 600" in done.stderr
+    realbench(place, "round", "run", "submissions", path, "--overwrite")
+    assert rows_of(place)["good"]["status"] == "scored"
+
+
+def test_links_and_outsiders_are_left_behind(place: Path) -> None:
+    """An archive that leads elsewhere is refused, and nothing is written there."""
+    (place / "submissions").mkdir()
+    with zipfile.ZipFile(place / "submissions" / "evil.zip", "w") as archive:
+        archive.writestr("submission.yaml", "name: x")
+        archive.writestr("../../escaped.py", "owned")
+    realbench(place, "round", "run", "submissions", rounds(place))
+    assert "leads elsewhere" in rows_of(place)["evil"]["told"]
+    assert not list(place.rglob("escaped.py"))

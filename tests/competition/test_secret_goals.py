@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import json
+import stat
+from pathlib import Path
+
+import pytest
+
+from real_bench.errors import GoalSetError
+from real_bench.goal_sets import generate_goal_set, load_goal_set
+from real_bench.goal_sets.secret import Opening, draw_secret_goals, drawn_again, read_opening
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench
+from tests.competition.five import GOOD, rounds, submission
+
+FEW = ["--scene", "builtin", "--2d", "1", "--25d", "1", "--3d", "0"]
+
+
+@pytest.fixture
+def secret(place: Path) -> str:
+    """Secret goals instead of the others; gives the commitment."""
+    told = realbench(place, "goals", "generate", "--secret", *FEW, "--out", "secret.npy").stdout
+    return told.split("to be published now: ")[1].strip()
+
+
+def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
+    goal_set, opening = load_goal_set(place / "secret.npy"), place / "secret.opening.json"
+    kept = json.loads(opening.read_text())
+    assert goal_set.is_secret
+    assert goal_set.seed == -1
+    assert kept["commitment"] == secret
+    assert str(kept["seed"]) not in (place / "secret.npy").read_bytes().decode("latin-1")
+    assert stat.S_IMODE(opening.stat().st_mode) == 0o600
+    opened = ["goals", "open", "secret.npy", opening, "--scene", "builtin", "--commitment"]
+    told = realbench(place, *opened, secret).stdout
+    assert f"committed to, drawn from seed {kept['seed']}" in told
+    assert "of another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
+    opening.write_text(json.dumps({**kept, "seed": kept["seed"] + 1}))
+    assert "was altered" in realbench(place, *opened, secret, code=1).stderr
+
+
+def test_nobody_draws_the_same_and_nobody_chooses(builtin_scene: Scene) -> None:
+    """A set that was chosen, and committed to, is found out when its seed is opened."""
+    counts = {"2D": 1}
+    one, opening = draw_secret_goals(builtin_scene, 1, counts)
+    other, _ = draw_secret_goals(builtin_scene, 1, counts)
+    assert one.sha256 != other.sha256
+    assert drawn_again(one, opening, builtin_scene)
+    chosen = Opening(seed=5, salt=opening.salt, goals_sha256=other.sha256)
+    chosen.check(other, chosen.commitment)
+    assert not drawn_again(other, chosen, builtin_scene)
+    with pytest.raises(GoalSetError, match="not the goals that were committed to"):
+        opening.check(other, opening.commitment)
+    with pytest.raises(GoalSetError, match="commitment"):
+        opening.check(one, chosen.commitment)
+    assert not generate_goal_set(builtin_scene, 1, 5, counts).is_secret
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"seed": -1}', "\x00", '{"commitment": 1}'])
+def test_what_is_no_opening_is_told(tmp_path: Path, text: str) -> None:
+    (tmp_path / "o.json").write_text(text)
+    with pytest.raises(GoalSetError, match="is no opening"):
+        read_opening(tmp_path / "o.json")
+
+
+def test_a_seed_is_not_chosen_for_secret_goals(place: Path) -> None:
+    done = realbench(place, "goals", "generate", "--secret", "--seed", "0", *FEW, code=2)
+    assert "--secret draws a seed" in done.stderr
+
+
+def test_nothing_of_them_is_published_until_they_are_released(place: Path, secret: str) -> None:
+    """Neither on the site nor in a report."""
+    submission(place / "submissions" / "good", GOOD)
+    asked = {"goals": "secret.npy", "commitment": secret, "play": "none", "trial_steps": 800}
+    run = ["round", "run", "submissions"]
+    realbench(place, *run, rounds(place, **asked))
+    done = realbench(place, "leaderboard", "results", "--site", "site", "--films")
+    assert "its goals are secret, so the site shows nothing of them" in done.stderr
+    pages = [path.read_text() for path in (place / "site").iterdir() if path.is_file()]
+    assert not any("data:image" in page or "<img" in page for page in pages)
+    assert not (place / "site" / "films").exists()
+    numbers = (place / "site" / "leaderboard.json").read_text()
+    assert "secret.npy" not in "".join(pages)
+    assert "final_poses" not in numbers
+    assert '"distances"' not in numbers
+    assert f"secret until they are released (commitment {secret})" in pages[0] + "".join(pages)
+    result = str(next((place / "results" / "first").glob("good-*/seed0.json")))
+    report = ["report", result, "--goals", "secret.npy", "--out", "r.html"]
+    assert "say --released once everybody may see them" in realbench(place, *report, code=1).stderr
+    assert not (place / "r.html").exists()
+    assert realbench(place, *report, "--released")
+    realbench(place, *run, rounds(place, **asked, released=True))
+    site = ["leaderboard", "results", "--site", "site", "--overwrite"]
+    assert "secret" not in realbench(place, *site).stderr
+    assert "data:image" in (place / "site" / "first-good.html").read_text()

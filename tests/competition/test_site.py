@@ -1,0 +1,83 @@
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.shell import realbench
+from tests.competition.five import GOOD, rounds, submission
+
+CHROMIUM = Path("/usr/bin/chromium")
+HOSTILE = "<script>alert('x')</script>&\"'"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory, goals_file: Path) -> Path:
+    """The site of a round with a scored and a refused submission, with films."""
+    place = tmp_path_factory.mktemp("site")
+    (place / "goals.npy").write_bytes(goals_file.read_bytes())
+    hostile = HOSTILE.replace("/", "")
+    submission(place / "submissions" / "good", GOOD, name=hostile, description=HOSTILE)
+    submission(place / "submissions" / "bad", GOOD, condition="IM", authors=[hostile])
+    path = rounds(place, play="none", trial_steps=1000)
+    realbench(place, "round", "run", "submissions", path)
+    realbench(place, "leaderboard", "results", "--site", "site", "--films")
+    return place / "site"
+
+
+@pytest.fixture
+def browser() -> Iterator[Any]:
+    """Headless Chromium, driven by Playwright."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not CHROMIUM.exists():
+        pytest.skip(f"{CHROMIUM} is not installed")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(
+            executable_path=str(CHROMIUM), args=["--no-sandbox", "--disable-gpu"]
+        )
+        yield browser
+        browser.close()
+
+
+def test_it_asks_nobody_else_and_runs_nothing_of_strangers(site: Path) -> None:
+    for page in site.glob("*.html"):
+        text = page.read_text()
+        assert "<script>alert" not in text
+        addresses = re.findall(r'(?:src|href)="([^"]*)"', text)
+        assert not [each for each in addresses if "//" in each and not each.startswith("data:")]
+
+
+def test_another_folder_is_not_touched(site: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    results = site.parent / "results"
+    done = realbench(tmp_path, "leaderboard", results, "--site", ".", code=1)
+    assert "holds something else" in done.stderr
+    done = realbench(tmp_path, "leaderboard", results, "--site", site, code=1)
+    assert "use --overwrite" in done.stderr
+
+
+@pytest.mark.parametrize("width", [1200, 390])
+def test_a_browser_shows_it(browser: Any, site: Path, width: int) -> None:
+    told: list[str] = []
+    for name in ("index", "first-good", "first-bad"):
+        tab = browser.new_page(viewport={"width": width, "height": 900})
+        tab.on("console", lambda message: told.append(message.text))
+        tab.on("pageerror", lambda error: told.append(str(error)))
+        tab.goto((site / f"{name}.html").as_uri())
+        assert tab.evaluate("document.documentElement.scrollWidth") <= width
+        if name == "index":
+            tab.locator("th button", has_text="status").click()
+            statuses = tab.locator('td[data-name="status"]').all_text_contents()
+            assert statuses == sorted(statuses)
+            tab.locator("td a").first.click()
+            assert "first-" in tab.url
+        if name == "first-good":
+            assert tab.locator("video").count() == 3
+            ready = "document.querySelector('video').readyState >= 1"
+            tab.evaluate("document.querySelector('video').preload = 'metadata'")
+            tab.wait_for_function(f"{ready} || document.querySelector('video').error")
+            assert tab.evaluate(ready)
+    assert told == []

@@ -1,0 +1,249 @@
+from __future__ import annotations
+
+import json
+import stat
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from junitparser import Failure, JUnitXml
+
+from real_bench.competition import read_submission
+from real_bench.competition.packing import pack, unpack
+from real_bench.errors import ControllerError, SubmissionError
+from real_bench.recording import Recording
+from real_bench.scoring.result import load_result
+from real_bench.source import ControllerSource
+from tests.cli.shell import realbench
+from tests.competition.five import CRASHING, GOOD, HANGING, derived, submission
+from tests.competition.wheels import NAME, wheel
+
+NAMES = st.text("abcdefg", min_size=1, max_size=4)
+CONTENTS = st.dictionaries(NAMES, st.binary(max_size=50), max_size=4)
+
+
+def sha256(folder: Path) -> str:
+    return ControllerSource.of(str(folder)).code_sha256
+
+
+def test_a_new_one_is_good_as_it_is(place: Path) -> None:
+    realbench(place, "submission", "init", "mine", "--name", "Push, see", "--author", "A. Turing")
+    done = realbench(place, "submission", "check", "mine", "--junit", "j.xml")
+    assert "ok  says      Push, see, by A. Turing, for OM" in done.stdout
+    assert "ok  plays " in done.stdout
+    suite = next(iter(JUnitXml.fromfile(place / "j.xml")))
+    assert suite.failures == suite.errors == 0
+    assert suite.time > 0
+    done = realbench(place, "submission", "pack", "mine")
+    assert f"hash {sha256(place / 'mine')}" in done.stdout
+    assert realbench(place, "submission", "check", "mine.zip").stdout.count("ok ") == 8
+    again = realbench(place, "submission", "init", "mine", code=3)
+    assert "is there already" in again.stderr
+    assert "mine.zip exists" in realbench(place, "submission", "pack", "mine", code=1).stderr
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"name": "a:b"}, "name: "),
+        ({"authors": []}, "authors: "),
+        ({"entry": "../other.py"}, "entry: "),
+        ({"entry": "none.py"}, "entry: there is no file none.py"),
+        ({"condition": "XY"}, "condition: "),
+        ({"requirements": ["not a requirement!"]}, "requirements: "),
+        ({"requirements": ["a @ https://example.org/a.whl"]}, "not an address"),
+        ({"requirements": ["-r other.txt"]}, "requirements: "),
+        ({"extra": 1}, "extra: "),
+        ({"settings": {"levels": 3}}, "has no settings, got levels"),
+    ],
+)
+def test_what_is_wrong_is_told_and_exits_with_3(
+    place: Path, changes: dict[str, Any], told: str
+) -> None:
+    submission(place / "bad", GOOD, **changes)
+    done = realbench(place, "submission", "check", "bad", "--junit", "j.xml", code=3)
+    assert told in done.stdout
+    assert done.stdout.splitlines()[-1].startswith("NO  fails ")
+    cases = next(iter(JUnitXml.fromfile(place / "j.xml")))
+    assert [type(each) for case in cases for each in case.result] == [Failure]
+
+
+def test_one_that_hangs_is_told_in_time(place: Path) -> None:
+    submission(place / "bad", derived(HANGING), entry="controller.py:Hanging")
+    options = ["--call-limit", "10"]
+    # it plays well for 20 steps, of one action: what hangs is the second
+    assert realbench(place, "submission", "check", "bad", *options)
+    code = "import time\ntime.sleep(1e6)\n"
+    submission(place / "worse", code + GOOD)
+    done = realbench(place, "submission", "check", "worse", *options, code=3)
+    assert "its import did not end within the 10 s of --call-limit" in done.stdout
+
+
+@settings(max_examples=30, deadline=None)
+@given(files=CONTENTS, changed=NAMES, content=st.binary(min_size=51, max_size=60))
+def test_the_hash_is_over_all_of_it(files: dict[str, bytes], changed: str, content: bytes) -> None:
+    """Packing keeps it; any file that is changed or added gives another one."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = submission(Path(temporary) / "one", GOOD)
+        for name, data in files.items():
+            (folder / name).write_bytes(data)
+        before = sha256(folder)
+        archive = Path(temporary) / "one.zip"
+        pack(folder, archive)
+        packed = archive.read_bytes()
+        pack(folder, archive)
+        assert archive.read_bytes() == packed
+        unpack(archive, Path(temporary) / "two")
+        assert sha256(Path(temporary) / "two") == before
+        (folder / changed).write_bytes(content)
+        assert sha256(folder) != before
+
+
+def test_play_in_its_folder_does_not_change_the_hash(place: Path) -> None:
+    """So that one who plays there can be tested; caches and recordings are not packed."""
+    folder = submission(place / "mine", GOOD)
+    before = sha256(folder)
+    play = ["--controller", ".", "--scene", "builtin", "--steps", "1000"]
+    realbench(folder, "intrinsic", *play)
+    assert (folder / "run.h5").exists()
+    assert sha256(folder) == before
+    assert {path.name for path in pack(folder, place / "m.zip")} == {
+        "controller.py",
+        "submission.yaml",
+    }
+    goals = ["--goals", place / "goals.npy", "--trial-steps", "500"]
+    realbench(folder, "extrinsic", *goals)
+
+
+def test_a_folder_is_a_controller_everywhere(place: Path) -> None:
+    """Its name stands in the files and in the tables, its condition and settings are taken."""
+    settings = {"levels": 9}
+    code = "from real_bench.controllers.real_d import RealD\nclass Mine(RealD):\n    pass\n"
+    submission(
+        place / "mine", code, name="Plan it", settings={"abstraction": settings}, condition="OM"
+    )
+    play = ["--controller", "mine", "--scene", "builtin", "--steps", "2000"]
+    for isolation in ("--isolate", "--no-isolate"):
+        realbench(place, "intrinsic", *play, isolation, "--overwrite")
+        with Recording(place / "run.h5") as recording:
+            assert recording.header.controller == "mine:Plan it"
+            assert recording.header.condition == "OM"
+            assert recording.header.settings["abstraction"]["levels"] == 9
+        test = ["--goals", "goals.npy", "--trial-steps", "500", "--overwrite", isolation]
+        done = realbench(place, "extrinsic", "--controller", "mine", *test)
+        assert "Plan it" in done.stdout or "score.json" in done.stdout
+        result = load_result(place / "score.json")
+        assert result.setting.controller == "mine:Plan it"
+        assert result.setting.controller_sha256 == sha256(place / "mine")
+    assert "## Plan it" in realbench(place, "score", "score.json", code=3).stdout
+    verified = realbench(
+        place, "verify", "score.json", *("--goals", "goals.npy", "--controller", "mine")
+    )
+    assert "verified: 3 of 3 trials" in verified.stdout
+    assert "realbench intrinsic --controller mine" in realbench(place, "check", "mine").stdout
+    (place / "table.yaml").write_text(
+        "scene: builtin\nsteps: 1000\ntrial_steps: 500\ngoals: {few: goals.npy}\n"
+        "cells: [{controller: mine, condition: OM}]\n"
+    )
+    limits = ["--isolate", "--call-limit", "60"]
+    assert "Plan it" in realbench(place, "table", "table.yaml", *limits).stdout
+
+
+@pytest.mark.parametrize("isolation", ["--isolate", "--no-isolate"])
+def test_requirements_come_from_its_own_wheels(
+    place: Path, isolation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    code = f"import {NAME}\nassert {NAME}.VALUE == 7\n{GOOD}"
+    folder = submission(place / "mine", code, requirements=[f"{NAME}>=1"])
+    wheel(folder / "wheels")
+    play = ["--controller", "mine", "--scene", "builtin", "--steps", "1000", isolation]
+    done = realbench(place, "intrinsic", *play)
+    assert f"installing {NAME}>=1 for Mine" in done.stderr
+    again = realbench(place, "intrinsic", *play, "--overwrite")
+    assert "installing" not in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("requires", "told"),
+    [("numpy<1.0", "numpy"), ("a-package-that-nobody-has", "a-package-that-nobody-has")],
+)
+def test_requirements_that_cannot_be_had_are_refused(
+    place: Path, requires: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What would change our numpy is no requirement that can be met."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    folder = submission(place / "mine", GOOD, requirements=[NAME])
+    wheel(folder / "wheels", requires=requires)
+    done = realbench(place, "submission", "check", "mine", code=3)
+    assert "cannot be had: " in done.stdout
+    assert told in done.stdout.partition("cannot be had: ")[2]
+
+
+def test_exit_codes_tell_whose_fault_it_is(place: Path) -> None:
+    """3: the submission is bad; 4: the controller failed; 1, 2: the job is broken."""
+    test = ["--scene", "builtin", "--condition", "OM", "--goals", "goals.npy"]
+    cases = ["--junit", "j.xml", "--overwrite"]
+    submission(place / "missing", "import nobody_has_it\n" + GOOD)
+    submission(place / "crashing", derived(CRASHING), entry="controller.py:Crashing")
+    for controller, code, kind in (("missing", 3, "Failure"), ("crashing", 4, "Error")):
+        done = realbench(place, "score", "--controller", controller, *test, *cases, code=code)
+        assert "Traceback" not in done.stderr
+        suites = JUnitXml.fromfile(place / "j.xml")
+        found = [type(each).__name__ for suite in suites for case in suite for each in case.result]
+        assert found == [kind]
+    realbench(place, "score", "--controller", "no_such_folder", *test, code=1)
+    realbench(place, "score", "--controller", "crashing", "--trials", "x", code=2)
+
+
+def test_what_is_no_submission_is_told(place: Path) -> None:
+    (place / "empty").mkdir()
+    with pytest.raises(ControllerError, match="has no submission"):
+        ControllerSource.of(str(place / "empty"))
+    (place / "some.zip").touch()
+    with pytest.raises(ControllerError, match="is packed: unpack it"):
+        ControllerSource.of(str(place / "some.zip"))
+
+
+@pytest.mark.parametrize("name", ["/abs.py", "../up.py", "a/../../up.py", "back\\slash.py"])
+def test_an_archive_that_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> None:
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("submission.yaml", "name: x")
+        archive.writestr(name, "x")
+    with pytest.raises(SubmissionError, match="leads elsewhere"):
+        unpack(tmp_path / "a.zip", tmp_path / "out")
+
+
+def test_links_and_bombs_in_archives_are_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "link.zip", "w") as archive:
+        archive.writestr("submission.yaml", "name: x")
+        link = zipfile.ZipInfo("secret.py")
+        link.external_attr = (stat.S_IFLNK | 0o777) << 16
+        archive.writestr(link, "/etc/passwd")
+    with pytest.raises(SubmissionError, match="has a link"):
+        unpack(tmp_path / "link.zip", tmp_path / "out")
+    with zipfile.ZipFile(tmp_path / "many.zip", "w") as archive:
+        archive.writestr("submission.yaml", "name: x")
+        for number in range(10_001):
+            archive.writestr(f"{number}", "")
+    with pytest.raises(SubmissionError, match="too large: 10,002 files"):
+        unpack(tmp_path / "many.zip", tmp_path / "out")
+
+
+def test_one_that_is_packed_in_its_folder_is_found(tmp_path: Path) -> None:
+    """As operating systems compress a folder."""
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("mine/submission.yaml", json.dumps({"name": "x", "authors": "y"}))
+        archive.writestr("mine/controller.py", GOOD)
+        archive.writestr("__MACOSX/mine/._controller.py", "x")
+    unpack(tmp_path / "a.zip", tmp_path / "out")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "submission.yaml",
+        "controller.py",
+    }
+    with pytest.raises(SubmissionError, match="entry: "):
+        read_submission(tmp_path / "out")
