@@ -27,7 +27,6 @@ class Row:
 
     Attributes:
         cell: what was asked for.
-        label: what it is called; a submission by its name.
         n_asked: how many repeats.
         seeds: of the repeats that are done.
         files: their results.
@@ -35,10 +34,10 @@ class Row:
         summary: of their scores; None while there are none.
         unlike_published: what is not as it was for the published score.
         physics: that each of the results was made with.
+        name: of a submission; empty where the cell's label is what it is called.
     """
 
     cell: Cell
-    label: str
     n_asked: int
     seeds: tuple[int, ...]
     files: tuple[Path, ...]
@@ -46,6 +45,12 @@ class Row:
     summary: RepeatsSummary | None
     unlike_published: tuple[str, ...] = ()
     physics: tuple[str, ...] = ()
+    name: str = ""
+
+    @property
+    def label(self) -> str:
+        """What it is called."""
+        return self.name or self.cell.label
 
     @property
     def difference(self) -> float | None:
@@ -114,7 +119,6 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
     unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
     return Row(
         cell=cell,
-        label=spec.label(cell),
         n_asked=len(spec.seeds(cell)),
         seeds=tuple(seeds),
         files=tuple(files),
@@ -122,6 +126,7 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
         summary=summary,
         unlike_published=unlike,
         physics=tuple(physics_of(result.setting.versions) for result in results),
+        name=spec.submission_name(cell),
     )
 
 

@@ -229,12 +229,14 @@ class Spec(_Record):
         has_path = target.endswith(".py") or (self.folder / target / MANIFEST).is_file()
         return f"{self.folder / target}{colon}{kind}" if has_path and target else named
 
-    def label(self, cell: Cell) -> str:
-        """What a cell is called: a submission that has no other name by its own."""
+    def submission_name(self, cell: Cell) -> str:
+        """The name of a cell's submission; empty where it is none, or the cell has its own name."""
         found = self.controller(cell.controller)
-        same = found == cell.controller or cell.label != _short(cell.controller)
-        source = None if same else ControllerSource.of(found)
-        return cell.label if source is None or not source.submission else source.submission.name
+        is_one = (Path(found.partition(":")[0]) / MANIFEST).is_file()
+        if not is_one or cell.label != _short(cell.controller):
+            return ""
+        submission = ControllerSource.of(found).submission
+        return "" if submission is None else submission.name
 
 
 def read_spec(path: Path) -> Spec:

@@ -248,3 +248,22 @@ def test_settings_are_checked_before_any_work(
     assert "to do" not in done.stderr
     assert "drawing" not in done.stderr
     assert not list((tmp_path / "results").glob("[!.]*"))
+
+
+def test_one_that_sleeps_holds_the_table_no_longer_than_it_may(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    before = "import time"
+    write_controller(
+        tmp_path / "idle.py", "def next_action(self, observation): time.sleep(1e6)", before=before
+    )
+    cells: list[dict[str, Any]] = [
+        {"controller": "idle.py", "condition": "OM"},
+        {"controller": "real_r", "condition": "OM", "play": "none"},
+    ]
+    path = write_spec(cells=cells, repeats=1)
+    done = realbench(tmp_path, "table", path, "--isolate", "--call-limit", "10", code=1)
+    assert "next_action() did not end within the 10 s of --call-limit" in done.stderr
+    assert "1 of 1" in done.stdout
+    refused = realbench(tmp_path, "table", path, "--call-limit", "10", code=2)
+    assert "limits are for isolated controllers" in refused.stderr

@@ -14,6 +14,13 @@ from markdown_it import MarkdownIt
 from real_bench.cli.inspect import print_facts
 from real_bench.cli.printing import print_tables, say
 from real_bench.cli.progress import ProgressDisplay
+from real_bench.competition.leaderboard import Leaderboard
+from real_bench.competition.leaderboard import markdown_table as leaderboard_markdown
+from real_bench.competition.leaderboard import text_table as leaderboard_text
+from real_bench.competition.ranking import Row as Ranked
+from real_bench.competition.round_file import RoundFacts
+from real_bench.competition.standing import Standing
+from real_bench.errors import ControllerFailedError
 from real_bench.experiments import Spec
 from real_bench.experiments.scores import Row
 from real_bench.experiments.table import latex_table, markdown_table, text_table
@@ -76,6 +83,28 @@ def table(text: str) -> None:
     print_tables(text_table(spec, rows_of(spec)))
 
 
+def board_of(text: str) -> Leaderboard:
+    """A leaderboard of a submission that calls itself so, and failed so."""
+    facts = RoundFacts(
+        **{"title": "t", "name": "first", "condition": "OM", "objects": 1, "scene": "builtin"},
+        **{"play": "own", "steps": 1, "trial_steps": 1, "repeats": 1, "limits": {}},
+        **{"failure": "zero", "ties": "none", "goals": "", "goals_sha256": "", "n_goals": 1},
+        hidden=False,
+        commitment="",
+    )
+    standing = Standing(
+        **{"key": "a", "name": "n", "authors": (), "description": "", "sha256": "1"},
+        date="",
+        status="crashed",
+        told=text,
+    )
+    return Leaderboard(facts, (Ranked(standing, Path()),))
+
+
+def leaderboard(text: str) -> None:
+    print_tables(leaderboard_text(board_of(text)))
+
+
 def progress(text: str) -> None:
     with ProgressDisplay(f"playing {text}", "steps", 10) as display:
         display._last_line = -1e9
@@ -87,6 +116,7 @@ TERMINAL: dict[str, Callable[[str], None]] = {
     "facts": facts,
     "table": table,
     "progress": progress,
+    "leaderboard": leaderboard,
 }
 
 
@@ -112,7 +142,7 @@ def test_terminal_error(
     )
     play = ("--scene", "builtin", "--condition", "OM", "--steps", "100")
     done = command(capfd, "intrinsic", "--controller", "c.py", *play)
-    assert done.code == 1
+    assert done.code == 4
     assert done.err.count("\n") == 1
     assert done.err[:-1].isprintable()
     assert shown(TEXTS[name]) in letters(done.err)
@@ -135,7 +165,7 @@ class _Words(HTMLParser):
 
 
 def failed(text: str) -> str:
-    return verdicts.failure(text)[0]
+    return verdicts.failure(ControllerFailedError(text), 0.0)[0]
 
 
 def tabled(text: str) -> str:
@@ -152,7 +182,11 @@ def judged(text: str) -> str:
     return verdicts.markdown(judged_)
 
 
-MARKDOWN = {"failure": failed, "table": tabled, "verdict": judged}
+def ranked(text: str) -> str:
+    return leaderboard_markdown(board_of(text))
+
+
+MARKDOWN = {"failure": failed, "table": tabled, "verdict": judged, "leaderboard": ranked}
 
 
 @pytest.mark.parametrize("name", TEXTS)
@@ -190,11 +224,11 @@ def test_html(name: str) -> None:
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_junit(name: str) -> None:
-    _, cases = verdicts.failure(TEXTS[name])
+    _, cases = verdicts.failure(ControllerFailedError(TEXTS[name]), 0.0)
     root = ET.fromstring(cases.tostring())
     tags = sorted(element.tag for element in root.iter())
-    assert tags == ["failure", "system-out", "testcase", "testsuite", "testsuites"]
-    failure = root.find(".//failure")
+    assert tags == ["error", "system-out", "testcase", "testsuite", "testsuites"]
+    failure = root.find(".//error")
     assert failure is not None
     assert shown(TEXTS[name]) in letters(failure.get("message", ""))
 
