@@ -57,7 +57,7 @@ class DeedMemory:
 
     def learn(self, rows: Array, numbers: Array, success: Array) -> None:
         """Keep the best of n actions, with the object's rows (n, 3 or 7) before each."""
-        told = self.told(rows, numbers)
+        told = self._relation.told(rows, numbers)
         points = told / self._range
         points[:, self._relation.deed.end] = 0  # where it goes is another matter
         k = min(self._neighbours, len(points))
@@ -92,13 +92,6 @@ class DeedMemory:
         """Where objects are and where the hand is to end, (n, SITUATION)."""
         return np.concatenate([rows[:, :3], ends], axis=1)
 
-    def told(self, rows: Array, numbers: Array) -> Array:
-        """Actions' numbers with the start told from the object, in the hand's frame."""
-        told, start = numbers.copy(), self._relation.deed.start
-        angle = self._relation.angle(numbers)
-        told[:, start] = turned(numbers[:, start] - rows[:, :2], -angle)
-        return told
-
     def varied(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
@@ -123,6 +116,8 @@ class DeedMemory:
         """Numbers of actions that are told from an object, at its row."""
         deed = self._relation.deed
         numbers = told.copy()
+        if deed.height is not None:
+            numbers[:, deed.height] += row[2]
         offset = told[:, deed.start]
         if deed.turn is None:  # the direction of the push follows from where it begins
             numbers[:, deed.start] = pushed_from(row[:2], offset, told[:, deed.end])
@@ -151,13 +146,15 @@ def pushed_from(place: Array, offsets: Array, ends: Array) -> Array:
 def aimed(relation: Relation, row: Array, ends: Array, random: np.random.Generator) -> Array:
     """Random actions to (n, 2) ends that begin near an object, (n, P).
 
-    How near is drawn, each order of magnitude as often, and so is how upright the hand is; all
-    other numbers are anywhere in their ranges.
+    How near is drawn, each order of magnitude as often, and so is how upright the hand is; it
+    comes as low as the object is, or higher; all other numbers are anywhere in their ranges.
     """
     deed, n = relation.deed, len(ends)
     numbers = random.uniform(deed.low, deed.high, (n, len(deed.low)))
     for lean in deed.leans:
         numbers[:, lean] = scale(n, random) * deed.high[lean]
+    if deed.height is not None:
+        numbers[:, deed.height] += row[2] - deed.low[deed.height]
     direction = random.uniform(-np.pi, np.pi, n)
     reach = scale(n, random)[:, None] * (deed.high - deed.low)[list(deed.start)].mean()
     numbers[:, deed.start] = row[:2] + reach * np.column_stack(
