@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from real_bench.real_g.families import Families
 from real_bench.real_g.goals import OwnGoals
 from real_bench.real_g.hand import Deed
 from real_bench.real_g.memory import aimed, scale
@@ -68,8 +69,15 @@ class Play:
         ends = list(deed.end)
         self._low, self._high = deed.low[ends], deed.high[ends]
         self.skills: list[Skill] = []
+        self.memories: list[Families] = []
         self.lesson = 0  # the actions that it has learned from
         self.goals = OwnGoals(self._low, self._high)
+
+    def memory(self, o: int) -> Families:
+        """Of an object."""
+        while len(self.memories) <= o:
+            self.memories.append(Families(self.relation))
+        return self.memories[o]
 
     def due(self, n: int) -> int:
         """From how many of n actions it should have learned.
@@ -93,7 +101,9 @@ class Play:
         """
         self.lesson = len(numbers)
         log.info("learning from %d actions", len(numbers))
-        self.skills = [Skill(self.relation, self._seed + o) for o in range(before.shape[1])]
+        self.skills = [
+            Skill(self.relation, self._seed + o, self.memory(o)) for o in range(before.shape[1])
+        ]
         about = self.about(before, numbers)
         for o, skill in enumerate(self.skills):
             known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
@@ -134,6 +144,7 @@ class Play:
         o = int(self.about(before[None], numbers[None])[0])
         success = self.relation.contingency(before[None, o], after[None, o], numbers[None])[0]
         if np.isfinite(success):
+            self.memory(o).did(before[o], numbers, float(success) ** 2)
             self.goals.tried(numbers[list(self.deed.end)], float(success))
 
     def next_numbers(self, rows: Array, random: np.random.Generator) -> Array:
@@ -158,7 +169,7 @@ class Play:
         how = random.random()
         if skill is None or not skill.learned or how < settings.random:
             return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
-        if how < settings.random + settings.bred:
+        if how < settings.random + settings.bred and skill.memory.families:
             return np.asarray(skill.memory.varied(row, ends[:1], random)[0])
         numbers = skill.think(row, ends, random)
         return np.asarray(numbers[skill.most_contingent(row, numbers, random)])
