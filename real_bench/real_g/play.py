@@ -70,6 +70,7 @@ class Play:
         self._low, self._high = deed.low[ends], deed.high[ends]
         self.skills: list[Skill] = []
         self.memories: list[Families] = []
+        self.stats: dict = {}
         self.lesson = 0  # the actions that it has learned from
         self.goals = OwnGoals(self._low, self._high)
 
@@ -100,6 +101,10 @@ class Play:
             last: play is over.
         """
         self.lesson = len(numbers)
+        log.info("STAT " + " ".join(f"{k} {np.mean(v[-100:]):.3f} >.5 {np.mean(np.array(v[-100:])>.5):.3f}" for k, v in self.stats.items()))
+        for m in self.memories:
+            top = sorted(m.families, key=lambda f: -f.counts[0] / sum(f.counts))[:4]
+            log.info("  FAM %d: %s", len(m.families), "; ".join(f"{f.counts[0]/sum(f.counts):.2f} n{len(f.members)} z{f.founder[4]:.2f} rise{f.founder[9]:.2f}" for f in top))
         log.info("learning from %d actions", len(numbers))
         self.skills = [
             Skill(self.relation, self._seed + o, self.memory(o)) for o in range(before.shape[1])
@@ -144,6 +149,8 @@ class Play:
         o = int(self.about(before[None], numbers[None])[0])
         success = self.relation.contingency(before[None, o], after[None, o], numbers[None])[0]
         if np.isfinite(success):
+            far = np.linalg.norm(self.relation.way(numbers[None])) > 0.15
+            if far: self.stats.setdefault(getattr(self, "how", "x"), []).append(float(success))
             self.memory(o).did(before[o], numbers, float(success) ** 2)
             self.goals.tried(numbers[list(self.deed.end)], float(success))
 
@@ -167,6 +174,7 @@ class Play:
         ends = np.tile(np.clip(goal, self._low, self._high), (settings.candidates, 1))
         skill = self.skills[number] if number < len(self.skills) else None
         how = random.random()
+        self.how = "random" if skill is None or not skill.learned or how < settings.random else "bred" if how < settings.random + settings.bred else "thought"
         if skill is None or not skill.learned or how < settings.random:
             return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
         if how < settings.random + settings.bred and skill.memory.families:
