@@ -151,7 +151,7 @@ class Play:
         if np.isfinite(success):
             far = np.linalg.norm(self.relation.way(numbers[None])) > 0.15
             if far: self.stats.setdefault(getattr(self, "how", "x"), []).append(float(success))
-            self.memory(o).did(before[o], numbers, float(success) ** 2)
+            self.memory(o).did(before[o], numbers, float(success))
             self.goals.tried(numbers[list(self.deed.end)], float(success))
 
     def next_numbers(self, rows: Array, random: np.random.Generator) -> Array:
