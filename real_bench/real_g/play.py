@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from real_bench.real_g.families import Families
 from real_bench.real_g.goals import OwnGoals
 from real_bench.real_g.hand import Deed
-from real_bench.real_g.memory import aimed, scale
+from real_bench.real_g.memory import DeedMemory, aimed, scale
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.skill import Skill
 from real_bench.settings import Settings
@@ -25,6 +24,9 @@ from real_bench.settings import Settings
 Array = NDArray[np.float64]
 
 log = logging.getLogger(__name__)
+
+MEMORY_SHARP = 2
+"""Memory takes this power of an action's contingency: only what went all the way is tried again."""
 
 
 class PlaySettings(Settings):
@@ -69,16 +71,17 @@ class Play:
         ends = list(deed.end)
         self._low, self._high = deed.low[ends], deed.high[ends]
         self.skills: list[Skill] = []
-        self.memories: list[Families] = []
-        self.stats: dict = {}
+        self._memories: list[DeedMemory] = []
         self.lesson = 0  # the actions that it has learned from
         self.goals = OwnGoals(self._low, self._high)
 
-    def memory(self, o: int) -> Families:
-        """Of an object."""
-        while len(self.memories) <= o:
-            self.memories.append(Families(self.relation))
-        return self.memories[o]
+    def _memory(self, o: int) -> DeedMemory:
+        while len(self._memories) <= o:
+            self._memories.append(DeedMemory(self.relation))
+        return self._memories[o]
+
+    def _skill(self, o: int) -> Skill:
+        return Skill(self.relation, self._memory(o), self._seed + o)
 
     def due(self, n: int) -> int:
         """From how many of n actions it should have learned.
@@ -101,14 +104,8 @@ class Play:
             last: play is over.
         """
         self.lesson = len(numbers)
-        log.info("STAT " + " ".join(f"{k} {np.mean(v[-100:]):.3f} >.5 {np.mean(np.array(v[-100:])>.5):.3f}" for k, v in self.stats.items()))
-        for m in self.memories:
-            top = sorted(m.families, key=lambda f: -f.counts[0] / sum(f.counts))[:4]
-            log.info("  FAM %d: %s", len(m.families), "; ".join(f"{f.counts[0]/sum(f.counts):.2f} n{len(f.members)} z{f.founder[4]:.2f} rise{f.founder[9]:.2f}" for f in top))
         log.info("learning from %d actions", len(numbers))
-        self.skills = [
-            Skill(self.relation, self._seed + o, self.memory(o)) for o in range(before.shape[1])
-        ]
+        self.skills = [self._skill(o) for o in range(before.shape[1])]
         about = self.about(before, numbers)
         for o, skill in enumerate(self.skills):
             known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
@@ -122,7 +119,7 @@ class Play:
     def recover(self, skills: Sequence[Mapping[str, Any]], lesson: int) -> None:
         """Go on with what was learned from so many actions."""
         self.lesson = lesson
-        self.skills = [Skill(self.relation, self._seed + o) for o in range(len(skills))]
+        self.skills = [self._skill(o) for o in range(len(skills))]
         for skill, state in zip(self.skills, skills, strict=True):
             skill.set_state(state)
 
@@ -149,9 +146,7 @@ class Play:
         o = int(self.about(before[None], numbers[None])[0])
         success = self.relation.contingency(before[None, o], after[None, o], numbers[None])[0]
         if np.isfinite(success):
-            far = np.linalg.norm(self.relation.way(numbers[None])) > 0.15
-            if far: self.stats.setdefault(getattr(self, "how", "x"), []).append(float(success))
-            self.memory(o).did(before[o], numbers, float(success))
+            self._memory(o).did(before[o], numbers, float(success) ** MEMORY_SHARP)
             self.goals.tried(numbers[list(self.deed.end)], float(success))
 
     def next_numbers(self, rows: Array, random: np.random.Generator) -> Array:
@@ -174,7 +169,6 @@ class Play:
         ends = np.tile(np.clip(goal, self._low, self._high), (settings.candidates, 1))
         skill = self.skills[number] if number < len(self.skills) else None
         how = random.random()
-        self.how = "random" if skill is None or not skill.learned or how < settings.random else "bred" if how < settings.random + settings.bred else "thought"
         if skill is None or not skill.learned or how < settings.random:
             return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
         if how < settings.random + settings.bred and skill.memory.families:

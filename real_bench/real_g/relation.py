@@ -111,7 +111,7 @@ class Relation:
 FINE = 0.03
 """Offsets are told twice: once so that those below this share of the range are told apart."""
 
-SHARP = 6
+SHARP = 3
 """Power of the share that is followed: to follow all the way is worth much more than in part."""
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.real_g.families import Families
-from real_bench.real_g.memory import aimed
+from real_bench.real_g.memory import DeedMemory, aimed
 from real_bench.real_g.model import ContingencyModel, OutcomeModel
 from real_bench.real_g.relation import Relation
 
@@ -27,14 +26,14 @@ class Skill:
 
     Args:
         relation: of actions to objects.
-        seed: of the model.
+        memory: of what went well with it.
+        seed: of the models.
     """
 
-    def __init__(self, relation: Relation, seed: int, memory: Families | None = None) -> None:
+    def __init__(self, relation: Relation, memory: DeedMemory, seed: int) -> None:
         deed = relation.deed
         reach = float((deed.high - deed.low)[list(deed.end)].mean())
-        self.relation = relation
-        self.memory = memory or Families(relation)
+        self.relation, self.memory = relation, memory
         self.contingency = ContingencyModel(seed)
         self.model = OutcomeModel(seed, scale=reach)
 
