@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.errors import RealBenchError
 from real_bench.real_g.relation import Relation, turned
 
 Array = NDArray[np.float64]
@@ -124,8 +125,11 @@ class DeedMemory:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
         Families are drawn by what they may be worth (Thompson sampling). Each number of an action
-        is varied or not; how far, is drawn anew for each action.
+        is varied or not; how far, is drawn anew for each action. Raises RealBenchError where there
+        is no family.
         """
+        if not self.families:
+            raise RealBenchError("nothing went well yet: there are no actions to vary")
         deed, n = self._relation.deed, len(ends)
         good, bad = self._counts.T
         chosen = random.beta(good, bad, (n, len(good))).argmax(axis=1)
