@@ -29,6 +29,9 @@ MOST_VARIED = 0.1
 RECENT, FEWEST = 300, 20
 """Success is surprising compared with so many actions before; with fewer nothing is."""
 
+NEAR = 0.3
+"""Situations so far apart, in ranges of their numbers, tell something of each other."""
+
 TINY = 1e-3
 
 
@@ -57,21 +60,32 @@ class Family:
             del values[:-latest]
 
     @property
-    def counts(self) -> tuple[float, float]:
-        """Successes and failures, each with one more than there were (Laplace)."""
-        good = sum(self.successes)
-        return 1 + good, 1 + len(self.successes) - good
+    def mean(self) -> float:
+        """How well its members went, with a success and a failure more than there were."""
+        return (1 + sum(self.successes)) / (2 + len(self.successes))
 
-    def like(self, situations: Array, random: np.random.Generator, rivals: int) -> Array:
-        """For each of n situations a member, (n, P): the better it went the more often.
+    def counts(self, situations: Array) -> Array:
+        """Successes and failures in n situations, (2, n), each with one more than there were.
 
-        Of several that are drawn it is the one of the most like situation.
+        The less like a situation is to that of a member, the less the member counts.
         """
-        weights = np.array(self.successes) + TINY
-        drawn = random.choice(len(weights), (len(situations), rivals), p=weights / weights.sum())
-        away = np.array(self.situations)[drawn] - situations[:, None]
-        nearest = (away**2).sum(axis=2).argmin(axis=1)
-        return np.array(self.members)[drawn[np.arange(len(drawn)), nearest]]
+        near, success = self._nearness(situations), np.array(self.successes)
+        return 1 + np.stack([near @ success, near @ (1 - success)])
+
+    def drawn(self, situations: Array, random: np.random.Generator) -> Array:
+        """A member for each of n situations, (n, P).
+
+        The better it went, and the more like its situation is, the more often.
+        """
+        weights = self._nearness(situations) * self.successes + TINY
+        totals = weights.cumsum(axis=1)
+        ticket = random.random((len(situations), 1)) * totals[:, -1:]
+        return np.array(self.members)[(totals <= ticket).sum(axis=1)]
+
+    def _nearness(self, situations: Array) -> Array:
+        """Of n situations to each of m members', (n, m): 1 where they are the same."""
+        away = situations[:, None] - np.array(self.situations)
+        return np.exp(-(away**2).sum(axis=2) / (2 * NEAR**2))
 
 
 class DeedMemory:
@@ -84,20 +98,18 @@ class DeedMemory:
         like: a family has all that is nearer to its founder than this share of how far two random
             actions are from each other.
         surprise: what went better than this share of the latest actions founds a family.
-        rivals: so many members are drawn, of which that of the most like situation is varied.
     """
 
     def __init__(
         self,
         relation: Relation,
         most: int = 60,
-        latest: int = 40,
+        latest: int = 100,
         like: float = 1 / 3,
         surprise: float = 0.95,
-        rivals: int = 4,
     ) -> None:
         self._relation, self._most, self._latest = relation, most, latest
-        self._surprise, self._rivals = surprise, rivals
+        self._surprise = surprise
         deed = relation.deed
         self._range = deed.high - deed.low
         free = {*deed.end, deed.turn}  # these are another matter: the goal's, or the object's
@@ -118,27 +130,25 @@ class DeedMemory:
             family.add(told, self._situations(row, ends)[0], success, self._latest)
         self._recent = [*self._recent[1 - RECENT :], success]
         if len(self.families) > self._most:
-            means = [good / (good + bad) for good, bad in self._counts[:-1]]
-            del self.families[int(np.argmin(means))]
+            del self.families[int(np.argmin([family.mean for family in self.families[:-1]]))]
 
     def varied(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
-        Families are drawn by what they may be worth (Thompson sampling). Each number of an action
+        Families are drawn by what they may be worth there (Thompson sampling). Each number of an action
         is varied or not; how far, is drawn anew for each action. Raises RealBenchError where there
         is no family.
         """
         if not self.families:
             raise RealBenchError("nothing went well yet: there are no actions to vary")
         deed, n = self._relation.deed, len(ends)
-        good, bad = self._counts.T
-        chosen = random.beta(good, bad, (n, len(good))).argmax(axis=1)
         situations = self._situations(row, ends)
+        counts = np.stack([family.counts(situations) for family in self.families])
+        chosen = random.beta(counts[:, 0], counts[:, 1]).argmax(axis=0)
         told = np.empty((n, len(deed.low)))
         for number in np.unique(chosen):
             mine = chosen == number
-            family = self.families[number]
-            told[mine] = family.like(situations[mine], random, self._rivals)
+            told[mine] = self.families[number].drawn(situations[mine], random)
         far = scale(n, random, MOST_VARIED)[:, None] * (random.random(told.shape) < 0.5)
         told += random.normal(size=told.shape) * far * self._range
         if deed.turn is not None:  # the object may be turned otherwise than it was
@@ -191,10 +201,6 @@ class DeedMemory:
             )
             for each in state["families"]
         ]
-
-    @property
-    def _counts(self) -> Array:
-        return np.array([family.counts for family in self.families])
 
     def _is_surprising(self, success: float) -> bool:
         known = len(self._recent) >= FEWEST
