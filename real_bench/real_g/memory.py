@@ -143,7 +143,8 @@ class DeedMemory:
             raise RealBenchError("nothing went well yet: there are no actions to vary")
         deed, n = self._relation.deed, len(ends)
         situations = self._situations(row, ends)
-        different, which = np.unique(situations, axis=0, return_inverse=True)  # mostly all the same
+        # mostly they are all the same
+        different, which = np.unique(situations, axis=0, return_inverse=True)
         counts = np.stack([family.counts(different) for family in self.families])[:, :, which]
         chosen = random.beta(counts[:, 0], counts[:, 1]).argmax(axis=0)
         told = np.empty((n, len(deed.low)))
