@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 FARTHEST, NEAREST = 0.5, 0.005
 """Random actions: how near they begin to an object, in shares of a range."""
 
-MOST_VARIED = 0.1
+MOST_VARIED = 0.3
 """Remembered actions are varied by shares of a number's range from ``NEAREST`` to this."""
 
 RECENT, FEWEST = 300, 20
