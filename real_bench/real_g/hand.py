@@ -26,6 +26,7 @@ class Deed(Protocol):
         low, high: the range of each number, (P,).
         start, end: which of them are x, y of the place where it begins and where it ends.
         turn: which of them is the hand's turn about the vertical, radians; None where it has none.
+        height: which of them is the height at which it comes to an object; None where it has none.
         leans: which of them are departures from upright, 0 being none.
         steps: how many steps it lasts.
     """
@@ -35,6 +36,7 @@ class Deed(Protocol):
     start: tuple[int, int]
     end: tuple[int, int]
     turn: int | None
+    height: int | None
     leans: tuple[int, ...]
     steps: int
 
@@ -60,6 +62,7 @@ class Push:
 
     start, end = (0, 1), (2, 3)
     turn: int | None = None
+    height: int | None = None
     leans: tuple[int, ...] = ()
 
     def __init__(self, action_space: Any) -> None:
@@ -119,6 +122,7 @@ class Hand:
 
     start, end = (0, 1), (10, 11)
     turn: int | None = 2
+    height: int | None = 4
     leans: tuple[int, ...] = (3, 12)
     steps = sum(stage.poses * stage.steps for stage in STAGES)
 

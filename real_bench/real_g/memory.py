@@ -1,117 +1,158 @@
-"""Actions that went well, told from the object, so that they serve wherever it is."""
+"""Actions that went well, told from the object, so that they serve wherever it is.
+
+A rare action that works beats what most often works a little only once it is practised: the
+second attempt at it mostly fails. So whatever goes surprisingly well founds a family, and a
+family is tried again, varied a little, as long as its latest members do well (local adaptation:
+Kim, Coninx and Doncieux 2021).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from real_bench.errors import RealBenchError
 from real_bench.real_g.relation import Relation, turned
 
 Array = NDArray[np.float64]
 
 FARTHEST, NEAREST = 0.5, 0.005
-"""Variation in shares of a number's range: drawn between these, each order as often."""
+"""Random actions: how near they begin to an object, in shares of a range."""
+
+MOST_VARIED = 0.3
+"""Remembered actions are varied by shares of a number's range from ``NEAREST`` to this."""
+
+RECENT, FEWEST = 300, 20
+"""Success is surprising compared with so many actions before; with fewer nothing is."""
+
+NEAR = 0.3
+"""Situations so far apart, in ranges of their numbers, tell something of each other."""
+
+TINY = 1e-3
 
 
-SITUATION = 5
+@dataclass
+class Family:
+    """An action that went surprisingly well, and the latest ones that were like it.
+
+    Attributes:
+        founder: numbers of the first one, told from the object, (P,).
+        members: such numbers, the latest last.
+        situations: where the object was and where it was to go, of each.
+        successes: how well each went, 0 to 1.
+    """
+
+    founder: Array
+    members: list[Array] = field(default_factory=list)
+    situations: list[Array] = field(default_factory=list)
+    successes: list[float] = field(default_factory=list)
+
+    def add(self, member: Array, situation: Array, success: float, latest: int) -> None:
+        """One more; only the latest are kept."""
+        self.members.append(member)
+        self.situations.append(situation)
+        self.successes.append(success)
+        for values in (self.members, self.situations, self.successes):
+            del values[:-latest]
+
+    @property
+    def mean(self) -> float:
+        """How well its members went, with a success and a failure more than there were."""
+        return (1 + sum(self.successes)) / (2 + len(self.successes))
+
+    def counts(self, situations: Array) -> Array:
+        """Successes and failures in n situations, (2, n), each with one more than there were.
+
+        The less like a situation is to that of a member, the less the member counts.
+        """
+        near, success = self._nearness(situations), np.array(self.successes)
+        return 1 + np.stack([near @ success, near @ (1 - success)])
+
+    def drawn(self, situations: Array, random: np.random.Generator) -> Array:
+        """A member for each of n situations, (n, P).
+
+        The better it went, and the more like its situation is, the more often.
+        """
+        weights = self._nearness(situations) * self.successes + TINY
+        totals = weights.cumsum(axis=1)
+        ticket = random.random((len(situations), 1)) * totals[:, -1:]
+        return np.array(self.members)[(totals <= ticket).sum(axis=1)]
+
+    def _nearness(self, situations: Array) -> Array:
+        """Of n situations to each of m members', (n, m): 1 where they are the same."""
+        away = situations[:, None] - np.array(self.situations)
+        return np.exp(-(away**2).sum(axis=2) / (2 * NEAR**2))
 
 
 class DeedMemory:
-    """The best of what was done to an object, by the success of neighbours in action space.
-
-    A single lucky outcome says little; so the success of each action is smoothed over the actions
-    most like it. And what is easy at one place is hard at another; so kept is what went better
-    than most of what was done in a like situation: from where, to where.
+    """Families of actions that went well on an object.
 
     Args:
         relation: of actions to objects.
-        size: the most actions that are kept for reuse.
-        share: of all actions that are kept, at most.
-        neighbours: over how many success is smoothed.
-        situations: with how many in a like situation each is compared.
-        rivals: so many remembered actions are drawn, of which that of the most like situation is
-            varied.
+        most: families that are kept.
+        latest: members by which a family is judged.
+        like: a family has all that is nearer to its founder than this share of how far two random
+            actions are from each other.
+        surprise: what went better than this share of the latest actions founds a family.
     """
 
     def __init__(
         self,
         relation: Relation,
-        size: int = 400,
-        share: float = 0.1,
-        neighbours: int = 8,
-        situations: int = 40,
-        rivals: int = 4,
+        most: int = 60,
+        latest: int = 100,
+        like: float = 1 / 3,
+        surprise: float = 0.95,
     ) -> None:
-        self._relation, self._neighbours = relation, neighbours
-        self._size, self._share = size, share
-        self._situations, self._rivals = situations, rivals
-        self._where = np.empty((0, SITUATION))
-        self._unit = np.ones(SITUATION)
+        self._relation, self._most, self._latest = relation, most, latest
+        self._surprise = surprise
         deed = relation.deed
         self._range = deed.high - deed.low
-        self.kept = np.empty((0, len(deed.low)))
+        free = {*deed.end, deed.turn}  # these are another matter: the goal's, or the object's
+        self._form = [i for i in range(len(deed.low)) if i not in free]
+        self._radius = like * np.sqrt(len(self._form) / 6)  # of uniform numbers, ranges 1
+        self._recent: list[float] = []
+        self.families: list[Family] = []
 
-    def learn(self, rows: Array, numbers: Array, success: Array) -> None:
-        """Keep the best of n actions, with the object's rows (n, 3 or 7) before each."""
-        told = self.told(rows, numbers)
-        points = told / self._range
-        points[:, self._relation.deed.end] = 0  # where it goes is another matter
-        k = min(self._neighbours, len(points))
-        away, near = cKDTree(points).query(points, k)
-        away = np.reshape(away, (len(points), k))
-        near = np.reshape(near, (len(points), k))
-        width = np.maximum(away[:, -1:] / 2, np.finfo(float).tiny)
-        weights = np.exp(-((away / width) ** 2) / 2)
-        smoothed = (weights * success[near]).sum(axis=1) / weights.sum(axis=1)
-        n_kept = min(self._size, max(k, int(self._share * len(points))))
-        where = self._situation(rows, numbers[:, self._relation.deed.end])
-        spread = where.std(axis=0)
-        self._unit = np.where(spread > 0, spread, 1.0)
-        alike = min(self._situations, len(points))
-        _, others = cKDTree(where / self._unit).query(where / self._unit, alike)
-        others = np.reshape(others, (len(points), alike))
-        rank = (smoothed[others] < smoothed[:, None]).mean(axis=1)
-        best = np.lexsort([-smoothed, -rank])[:n_kept]
-        self.kept, self._where = told[best], where[best]
-
-    def get_state(self) -> dict[str, Any]:
-        """What is kept."""
-        return {"kept": self.kept, "where": self._where, "unit": self._unit}
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on with what is kept."""
-        self.kept = np.asarray(state["kept"], np.float64)
-        self._where = np.asarray(state["where"], np.float64)
-        self._unit = np.asarray(state["unit"], np.float64)
-
-    def _situation(self, rows: Array, ends: Array) -> Array:
-        """Where objects are and where the hand is to end, (n, SITUATION)."""
-        return np.concatenate([rows[:, :3], ends], axis=1)
-
-    def told(self, rows: Array, numbers: Array) -> Array:
-        """Actions' numbers with the start told from the object, in the hand's frame."""
-        told, start = numbers.copy(), self._relation.deed.start
-        angle = self._relation.angle(numbers)
-        told[:, start] = turned(numbers[:, start] - rows[:, :2], -angle)
-        return told
+    def did(self, row: Array, numbers: Array, success: float) -> None:
+        """An action, (P,), on an object at a row, (3 or 7,), went so well, 0 to 1."""
+        told = self._relation.told(row[None], numbers[None])[0]
+        family = self._family_of(told)
+        if family is None and self._is_surprising(success):
+            family = Family(told)
+            self.families.append(family)
+        if family is not None:
+            ends = numbers[None, self._relation.deed.end]
+            family.add(told, self._situations(row, ends)[0], success, self._latest)
+        self._recent = [*self._recent[1 - RECENT :], success]
+        if len(self.families) > self._most:
+            del self.families[int(np.argmin([family.mean for family in self.families[:-1]]))]
 
     def varied(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
-        Each number of each is varied or not; how far, is drawn anew for each action.
+        Families are drawn by what they may be worth there (Thompson sampling). Each number of an action
+        is varied or not; how far, is drawn anew for each action. Raises RealBenchError where there
+        is no family.
         """
+        if not self.families:
+            raise RealBenchError("nothing went well yet: there are no actions to vary")
         deed, n = self._relation.deed, len(ends)
-        drawn_of = random.integers(len(self.kept), size=(n, self._rivals))
-        here = self._situation(np.tile(row, (n, 1)), ends)
-        away = (self._where[drawn_of] - here[:, None]) / self._unit
-        nearest = (away**2).sum(axis=2).argmin(axis=1)
-        told = self.kept[drawn_of[np.arange(n), nearest]]
-        far = scale(n, random)[:, None] * (random.random(told.shape) < 0.5)
-        told = told + random.normal(size=told.shape) * far * self._range
+        situations = self._situations(row, ends)
+        # mostly they are all the same
+        different, which = np.unique(situations, axis=0, return_inverse=True)
+        counts = np.stack([family.counts(different) for family in self.families])[:, :, which]
+        chosen = random.beta(counts[:, 0], counts[:, 1]).argmax(axis=0)
+        told = np.empty((n, len(deed.low)))
+        for number in np.unique(chosen):
+            mine = chosen == number
+            told[mine] = self.families[number].drawn(situations[mine], random)
+        far = scale(n, random, MOST_VARIED)[:, None] * (random.random(told.shape) < 0.5)
+        told += random.normal(size=told.shape) * far * self._range
         if deed.turn is not None:  # the object may be turned otherwise than it was
             anew = random.random(n) < 0.5
             drawn = random.uniform(deed.low[deed.turn], deed.high[deed.turn], n)
@@ -124,6 +165,8 @@ class DeedMemory:
         deed = self._relation.deed
         numbers = told.copy()
         offset = told[:, deed.start]
+        if deed.height is not None:
+            numbers[:, deed.height] += row[2]
         if deed.turn is None:  # the direction of the push follows from where it begins
             numbers[:, deed.start] = pushed_from(row[:2], offset, told[:, deed.end])
         else:
@@ -132,6 +175,56 @@ class DeedMemory:
             numbers[:, deed.turn] = low + (angle - low) % (high - low)
             numbers[:, deed.start] = row[:2] + turned(offset, angle)
         return np.clip(numbers, deed.low, deed.high)
+
+    def get_state(self) -> dict[str, Any]:
+        """What it remembers."""
+        return {
+            "recent": np.array(self._recent),
+            "families": [
+                {
+                    "founder": family.founder,
+                    "members": np.array(family.members),
+                    "situations": np.array(family.situations),
+                    "successes": np.array(family.successes),
+                }
+                for family in self.families
+            ],
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on with what it remembers."""
+        self._recent = np.asarray(state["recent"]).tolist()
+        self.families = [
+            Family(
+                np.asarray(each["founder"]),
+                list(np.asarray(each["members"])),
+                list(np.asarray(each["situations"])),
+                np.asarray(each["successes"]).tolist(),
+            )
+            for each in state["families"]
+        ]
+
+    def _is_surprising(self, success: float) -> bool:
+        known = len(self._recent) >= FEWEST
+        return known and success > np.quantile(self._recent, self._surprise)
+
+    def _family_of(self, told: Array) -> Family | None:
+        """That of the nearest founder, if it is near enough."""
+        if not self.families:
+            return None
+        away = (np.array([family.founder for family in self.families]) - told) / self._range
+        distances = np.linalg.norm(away[:, self._form], axis=1)
+        nearest = int(distances.argmin())
+        return self.families[nearest] if distances[nearest] < self._radius else None
+
+    def _situations(self, row: Array, ends: Array) -> Array:
+        """Where an object is and where it is to go, in ranges of the action, (n, 4 or 5)."""
+        deed = self._relation.deed
+        parts = [row[:2] / self._range[list(deed.start)]]
+        if deed.height is not None:
+            parts.append(row[2:3] / self._range[deed.height])
+        here = np.tile(np.concatenate(parts), (len(ends), 1))
+        return np.column_stack([here, ends / self._range[list(deed.end)]])
 
 
 def pushed_from(place: Array, offsets: Array, ends: Array) -> Array:
@@ -151,13 +244,15 @@ def pushed_from(place: Array, offsets: Array, ends: Array) -> Array:
 def aimed(relation: Relation, row: Array, ends: Array, random: np.random.Generator) -> Array:
     """Random actions to (n, 2) ends that begin near an object, (n, P).
 
-    How near is drawn, each order of magnitude as often, and so is how upright the hand is; all
-    other numbers are anywhere in their ranges.
+    How near is drawn, each order of magnitude as often, and so is how upright the hand is; it
+    comes as low as the object is, or higher; all other numbers are anywhere in their ranges.
     """
     deed, n = relation.deed, len(ends)
     numbers = random.uniform(deed.low, deed.high, (n, len(deed.low)))
     for lean in deed.leans:
         numbers[:, lean] = scale(n, random) * deed.high[lean]
+    if deed.height is not None:
+        numbers[:, deed.height] += row[2] - deed.low[deed.height]
     direction = random.uniform(-np.pi, np.pi, n)
     reach = scale(n, random)[:, None] * (deed.high - deed.low)[list(deed.start)].mean()
     numbers[:, deed.start] = row[:2] + reach * np.column_stack(
@@ -167,6 +262,6 @@ def aimed(relation: Relation, row: Array, ends: Array, random: np.random.Generat
     return np.clip(numbers, deed.low, deed.high)
 
 
-def scale(n: int, random: np.random.Generator) -> Array:
+def scale(n: int, random: np.random.Generator, farthest: float = FARTHEST) -> Array:
     """N shares of a range, each order of magnitude as likely."""
-    return np.asarray(np.exp(random.uniform(np.log(NEAREST), np.log(FARTHEST), n)))
+    return np.asarray(np.exp(random.uniform(np.log(NEAREST), np.log(farthest), n)))

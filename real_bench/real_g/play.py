@@ -16,7 +16,7 @@ from pydantic import Field
 
 from real_bench.real_g.goals import OwnGoals
 from real_bench.real_g.hand import Deed
-from real_bench.real_g.memory import aimed, scale
+from real_bench.real_g.memory import DeedMemory, aimed, scale
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.skill import Skill
 from real_bench.settings import Settings
@@ -24,6 +24,9 @@ from real_bench.settings import Settings
 Array = NDArray[np.float64]
 
 log = logging.getLogger(__name__)
+
+MEMORY_SHARP = 2
+"""Memory takes this power of an action's contingency: only what went all the way is tried again."""
 
 
 class PlaySettings(Settings):
@@ -41,7 +44,7 @@ class PlaySettings(Settings):
         last_steps: of training when all play is over.
     """
 
-    first: int = Field(100, ge=1)
+    first: int = Field(300, ge=1)
     growth: float = Field(0.15, ge=0)
     random: float = Field(0.1, ge=0, le=1)
     bred: float = Field(0.45, ge=0, le=1)
@@ -68,8 +71,17 @@ class Play:
         ends = list(deed.end)
         self._low, self._high = deed.low[ends], deed.high[ends]
         self.skills: list[Skill] = []
+        self._memories: list[DeedMemory] = []
         self.lesson = 0  # the actions that it has learned from
         self.goals = OwnGoals(self._low, self._high)
+
+    def _memory(self, o: int) -> DeedMemory:
+        while len(self._memories) <= o:
+            self._memories.append(DeedMemory(self.relation))
+        return self._memories[o]
+
+    def _skill(self, o: int) -> Skill:
+        return Skill(self.relation, self._memory(o), self._seed + o)
 
     def due(self, n: int) -> int:
         """From how many of n actions it should have learned.
@@ -93,7 +105,7 @@ class Play:
         """
         self.lesson = len(numbers)
         log.info("learning from %d actions", len(numbers))
-        self.skills = [Skill(self.relation, self._seed + o) for o in range(before.shape[1])]
+        self.skills = [self._skill(o) for o in range(before.shape[1])]
         about = self.about(before, numbers)
         for o, skill in enumerate(self.skills):
             known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
@@ -107,7 +119,7 @@ class Play:
     def recover(self, skills: Sequence[Mapping[str, Any]], lesson: int) -> None:
         """Go on with what was learned from so many actions."""
         self.lesson = lesson
-        self.skills = [Skill(self.relation, self._seed + o) for o in range(len(skills))]
+        self.skills = [self._skill(o) for o in range(len(skills))]
         for skill, state in zip(self.skills, skills, strict=True):
             skill.set_state(state)
 
@@ -134,6 +146,7 @@ class Play:
         o = int(self.about(before[None], numbers[None])[0])
         success = self.relation.contingency(before[None, o], after[None, o], numbers[None])[0]
         if np.isfinite(success):
+            self._memory(o).did(before[o], numbers, float(success) ** MEMORY_SHARP)
             self.goals.tried(numbers[list(self.deed.end)], float(success))
 
     def next_numbers(self, rows: Array, random: np.random.Generator) -> Array:
@@ -158,7 +171,7 @@ class Play:
         how = random.random()
         if skill is None or not skill.learned or how < settings.random:
             return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
-        if how < settings.random + settings.bred:
+        if how < settings.random + settings.bred and skill.memory.families:
             return np.asarray(skill.memory.varied(row, ends[:1], random)[0])
         numbers = skill.think(row, ends, random)
         return np.asarray(numbers[skill.most_contingent(row, numbers, random)])

@@ -40,7 +40,7 @@ class Relation:
         deed, angle = self.deed, self.angle(numbers)
         offset = turned(numbers[:, deed.start] - rows[:, :2], -angle)
         way = self.way(numbers)
-        others = numbers[:, self._others]
+        others = self.told(rows, numbers)[:, self._others]
         parts = [
             offset,
             np.arcsinh(offset / self._fine),
@@ -54,6 +54,14 @@ class Relation:
         if rows.shape[1] == 7:
             parts.append(orientation(rows[:, 3:], angle))
         return np.concatenate(parts, axis=1)
+
+    def told(self, rows: Array, numbers: Array) -> Array:
+        """Actions' numbers, (n, P), start and height told from the object, in the hand's frame."""
+        deed, told = self.deed, numbers.copy()
+        told[:, deed.start] = turned(numbers[:, deed.start] - rows[:, :2], -self.angle(numbers))
+        if deed.height is not None:
+            told[:, deed.height] -= rows[:, 2]
+        return told
 
     def angle(self, numbers: Array) -> Array:
         """The frame's turn about the vertical, (n,) radians."""

@@ -14,7 +14,7 @@ from real_bench.real_g.relation import Relation
 
 Array = NDArray[np.float64]
 
-UNVARIED_SHARE = 0.1
+UNVARIED_SHARE = 0.3
 """This share of what it thinks of does not come from memory."""
 
 FEWEST = 30
@@ -26,13 +26,14 @@ class Skill:
 
     Args:
         relation: of actions to objects.
-        seed: of the model.
+        memory: of what went well with it.
+        seed: of the models.
     """
 
-    def __init__(self, relation: Relation, seed: int) -> None:
+    def __init__(self, relation: Relation, memory: DeedMemory, seed: int) -> None:
         deed = relation.deed
         reach = float((deed.high - deed.low)[list(deed.end)].mean())
-        self.relation, self.memory = relation, DeedMemory(relation)
+        self.relation, self.memory = relation, memory
         self.contingency = ContingencyModel(seed)
         self.model = OutcomeModel(seed, scale=reach)
 
@@ -53,7 +54,6 @@ class Skill:
         if len(before) < FEWEST:
             return
         followed = self.relation.contingency(before, after, numbers)
-        self.memory.learn(before, numbers, followed)
         self.contingency.train(self.relation.features(before, numbers), followed, steps)
 
     def learn_outcomes(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
@@ -70,7 +70,7 @@ class Skill:
 
     def think(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
         """N actions for an object at a row, (n, P), the hand to end at (n, 2) places."""
-        if not self.learned:
+        if not self.learned or not self.memory.families:
             return aimed(self.relation, row, ends, random)
         n_new = int(len(ends) * UNVARIED_SHARE)
         return np.concatenate(
