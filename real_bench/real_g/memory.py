@@ -135,9 +135,9 @@ class DeedMemory:
     def varied(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
-        Families are drawn by what they may be worth there (Thompson sampling). Each number of an action
-        is varied or not; how far, is drawn anew for each action. Raises RealBenchError where there
-        is no family.
+        Families are drawn by what they may be worth there (Thompson sampling). Each number of an
+        action is varied or not; how far, is drawn anew for each action. Raises RealBenchError where
+        there is no family.
         """
         if not self.families:
             raise RealBenchError("nothing went well yet: there are no actions to vary")
