@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -10,21 +10,19 @@ from pathlib import Path
 import pytest
 
 from tests.cli.shell import realbench
+from tests.pages import ROOT, Page
 
-DOCS = Path(__file__).parents[1] / "docs"
-PAGES = ("data", "gymnasium", "watching")
+PAGES = {name: Page(ROOT / "docs" / f"{name}.md") for name in ("data", "gymnasium", "watching")}
 
 
 def blocks(page: str) -> list[str]:
-    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
-    return re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    return [block.text for block in PAGES[page].blocks("python")]
 
 
 def commands(page: str) -> list[list[str]]:
-    """The commands of realbench in a page, without what a shell adds."""
-    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
-    lines = re.findall(r"^    realbench (.*?)\s*(?:&|#.*)?$", text, re.MULTILINE)
-    return [line.split() for line in lines]
+    """What the page does with a recording that is there."""
+    words = [shlex.split(command)[1:] for command in PAGES[page].commands()]
+    return [one for one in words if "run.h5" in one and one[0] != "intrinsic"]
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +61,7 @@ def test_the_controller_logs(place: Path) -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [one for page in ("watching", "data") for one in commands(page) if one[0] != "intrinsic"],
+    [one for page in ("watching", "data") for one in commands(page)],
     ids=" ".join,
 )
 def test_the_commands_run(place: Path, arguments: list[str]) -> None:
