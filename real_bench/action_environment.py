@@ -91,8 +91,8 @@ class ActionEnv(gymnasium.Env[dict[str, Any], Any]):
         self, action: NDArray[np.float64]
     ) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """One macro; raises ActionError for what is not four finite numbers."""
-        seen, truncated, info = self._env.execute(Action.macro(action))
-        return self._flat(seen), 0.0, False, truncated, info
+        keys, truncated, info = self._env.execute(Action.macro(action))
+        return self._flat(keys), 0.0, False, truncated, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """The camera's image (240, 320, 3) in mode ``rgb_array``; the window shows itself."""
@@ -138,10 +138,10 @@ def flat_observation_space(space: spaces.Space[Any], *, goals: bool) -> spaces.D
     """Boxes of what is observed, and of the goal where there is one."""
     assert isinstance(space, spaces.Dict)
     sees_objects = POSES[0] in space.spaces
-    seen = [*NUMBERS, *(POSES if sees_objects else ("retina",))]
+    keys = [*NUMBERS, *(POSES if sees_objects else ("retina",))]
     if goals:
-        seen.append("goal_positions" if sees_objects else "goal")
-    return spaces.Dict({key: _flat_box(space[key]) for key in seen})
+        keys.append("goal_positions" if sees_objects else "goal")
+    return spaces.Dict({key: _flat_box(space[key]) for key in keys})
 
 
 def _flat_box(space: spaces.Space[Any]) -> spaces.Box:

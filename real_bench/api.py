@@ -194,7 +194,7 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
                 experiment.check(work)
                 failures = experiment.make(work, _ignore)
         if failures:
-            raise ExperimentError(in_short([failure.told for failure in failures.values()]))
+            raise ExperimentError(in_short([failure.detail for failure in failures.values()]))
     return experiment.rows()
 
 

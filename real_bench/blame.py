@@ -26,10 +26,10 @@ def blame(error: BaseException, place: Path | None = None) -> str:
     own = [frame for frame in frames if _is_in(frame.filename, place)] or list(frames)
     where = f"{_line(own[-1])}: " if own else ""
     text = " ".join(str(error).split())
-    told = f"{where}{type(error).__name__}{': ' if text else ''}{text}"
+    sentence = f"{where}{type(error).__name__}{': ' if text else ''}{text}"
     if own and frames[-1] is not own[-1] and not _is_in(frames[-1].filename, OURS):
-        return f"{told} (raised at {_line(frames[-1])})"
-    return told
+        return f"{sentence} (raised at {_line(frames[-1])})"
+    return sentence
 
 
 def says_enough(error: BaseException, place: Path | None) -> bool:

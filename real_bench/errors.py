@@ -100,7 +100,7 @@ def faults(
         most: how many faults are told; None: all.
         unknown: says what there is in place of a name that does not exist.
     """
-    told = []
+    lines = []
     found = error.errors()
     places = [fault["loc"] for fault in found]
     for fault in found[:most]:
@@ -112,5 +112,5 @@ def faults(
         what = quoted(fault["msg"], 200)
         if unknown is not None and fault["type"] == "extra_forbidden":
             what = f"there is no such name{unknown(fault['loc'])}"
-        told.append(f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {what}")
-    return "; ".join(told)
+        lines.append(f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {what}")
+    return "; ".join(lines)

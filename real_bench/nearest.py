@@ -44,13 +44,13 @@ def what_there_is(
         without: fields of it that users do not give.
     """
 
-    def told(place: tuple[int | str, ...]) -> str:
+    def names_at(place: tuple[int | str, ...]) -> str:
         known = _names_at(kind, place)
         if len(place) == 1:
             known = [name for name in known if name not in without]
         return f"{did_you_mean(str(place[-1]), known)} (there are: {', '.join(known)})"
 
-    return told
+    return names_at
 
 
 def _names_at(kind: Any, place: tuple[int | str, ...]) -> list[str]:

@@ -69,9 +69,9 @@ def export(
     if form != "minari" and (images is not None or image_size is not None or name is not None):
         raise click.UsageError("--images, --image-size and --name are for --to minari")
     with Recording(file) as recording:
-        asked = Export(
+        chosen = Export(
             recording, out or Path(form), images is not False, image_size, name, overwrite
         )
         with ProgressDisplay(f"exporting {file.name}", "rows", len(recording)) as display:
-            told = FORMATS[form](asked, lambda done, total: display.update(done))
-    say(told)
+            message = FORMATS[form](chosen, lambda done, total: display.update(done))
+    say(message)

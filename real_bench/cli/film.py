@@ -88,5 +88,5 @@ def film(
 
         good = show_part(replay, report) if gui else film_part(replay, out, report)
     if not gui:
-        told = "" if good else "; it differs from the recording"
-        say(f"film of actions {first} to {last - 1}: {out}{told}")
+        remark = "" if good else "; it differs from the recording"
+        say(f"film of actions {first} to {last - 1}: {out}{remark}")

@@ -179,8 +179,8 @@ def limit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         **given: Any,
     ) -> Any:
         limits = {"memory_gib": memory_limit, "call_s": call_limit, "total_s": total_limit}
-        asked = {name: value for name, value in limits.items() if value is not None}
-        return command(limits=asked, **given)
+        given_limits = {name: value for name, value in limits.items() if value is not None}
+        return command(limits=given_limits, **given)
 
     return _with(LIMIT_OPTIONS, with_limits)
 

@@ -102,8 +102,8 @@ def run(
     if broken:
         from real_bench.errors import in_short
 
-        told = in_short([failure.told for failure in broken.values()])
-        say(f"realbench: by no fault of a submission: {told}; repeat the command", err=True)
+        reasons = in_short([failure.detail for failure in broken.values()])
+        say(f"realbench: by no fault of a submission: {reasons}; repeat the command", err=True)
         sys.exit(BROKEN)
 
 

@@ -91,7 +91,7 @@ def table(
                 failures = with_progress(work, partial(experiment.make, work))
     _show(experiment.spec, experiment.rows(), "json" if as_json else form)
     if failures:
-        raise ExperimentError(in_short([failure.told for failure in failures.values()]))
+        raise ExperimentError(in_short([failure.detail for failure in failures.values()]))
     if not wanted:
         _tell_missing(experiment.missing(), spec)
 

@@ -46,11 +46,11 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
 def _show(verdicts: Sequence[BundleVerdict], folder: Path) -> None:
     if len(verdicts) == 1:
         for part in verdicts[0].parts:
-            say(f"{part.verdict:11}  {part.what:9}  {part.told}")
+            say(f"{part.verdict:11}  {part.what:9}  {part.detail}")
     else:
         print_tables(_table(verdicts, folder))
     for verdict in verdicts:
-        say(f"{_name(verdict.bundle.result, folder)}: {_word(verdict)}: {verdict.told}")
+        say(f"{_name(verdict.bundle.result, folder)}: {_word(verdict)}: {verdict.detail}")
 
 
 def _table(verdicts: Sequence[BundleVerdict], folder: Path) -> Table:
@@ -95,6 +95,6 @@ def _keep(verdicts: Sequence[BundleVerdict]) -> None:
         Verified(
             results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
             holds=worst.holds,
-            told=worst.told,
+            detail=worst.detail,
             date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
         ).save(home)

@@ -35,7 +35,7 @@ def with_progress(
             doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
             if progress.waits_for:
                 doing = f"waiting for {progress.waits_for}"
-            told = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
-            display.update(progress.n_steps, told)
+            note = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
+            display.update(progress.n_steps, note)
 
         return make(update)

@@ -93,7 +93,7 @@ def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, by
     yield "logo.png", _logo()
     yield "terms.md", _TERMS.encode()
     yield "overview.md", _OVERVIEW.format(title=competition.title).encode()
-    rounds = "\n".join(_told(name, asked) for name, asked in competition.rounds.items())
+    rounds = "\n".join(_summary(name, one) for name, one in competition.rounds.items())
     yield "evaluation.md", _EVALUATION.format(rounds=rounds).encode()
     yield "ingestion_program.zip", _program("ingestion.py", "ingest", _INGESTION)
     yield "scoring_program.zip", _program("scoring.py", "score", _SCORING)
@@ -126,14 +126,14 @@ def _described(competition: Competition, image: str) -> dict[str, Any]:
             {
                 "index": index,
                 "name": f"{competition.title}: {name}",
-                "description": _told(name, asked),
+                "description": _summary(name, one),
                 "input_data": f"input_data_{name}.zip",
                 "reference_data": f"reference_data_{name}.zip",
                 "ingestion_program": "ingestion_program.zip",
                 "scoring_program": "scoring_program.zip",
                 "ingestion_only_during_scoring": False,
             }
-            for index, (name, asked) in enumerate(competition.rounds.items())
+            for index, (name, one) in enumerate(competition.rounds.items())
         ],
         "solutions": [
             {
@@ -167,20 +167,20 @@ def _described(competition: Competition, image: str) -> dict[str, Any]:
 
 def _phases(competition: Competition) -> Iterator[dict[str, Any]]:
     now = datetime.now(timezone.utc).strftime(MOMENT)
-    for index, (name, asked) in enumerate(competition.rounds.items()):
+    for index, (name, one) in enumerate(competition.rounds.items()):
         phase: dict[str, Any] = {
             "index": index,
             "name": name,
-            "description": _told(name, asked),
-            "start": asked.start or now,
-            "execution_time_limit": _seconds(asked, len(load_goal_set(competition.goals(name)))),
+            "description": _summary(name, one),
+            "start": one.start or now,
+            "execution_time_limit": _seconds(one, len(load_goal_set(competition.goals(name)))),
             "max_submissions_per_day": 1,
             "hide_output": True,
             "hide_prediction_output": True,
             "hide_score_output": False,
             "tasks": [index],
         }
-        yield {**phase, **({"end": asked.end} if asked.end else {})}
+        yield {**phase, **({"end": one.end} if one.end else {})}
 
 
 def _check_order(competition: Competition) -> None:
@@ -193,21 +193,21 @@ def _check_order(competition: Competition) -> None:
             )
 
 
-def _seconds(asked: Round, n_goals: int) -> int:
+def _seconds(one: Round, n_goals: int) -> int:
     """What the platform allows: the limits of all jobs, and time to simulate."""
-    plays = len(asked.seeds) if asked.play == "own" else 0
-    tests = len(asked.seeds)
-    steps = plays * asked.steps + tests * n_goals * asked.trial_steps
-    return int((plays + tests) * asked.limits.total_s + steps / STEPS_A_SECOND) + SPARE_S
+    plays = len(one.seeds) if one.play == "own" else 0
+    tests = len(one.seeds)
+    steps = plays * one.steps + tests * n_goals * one.trial_steps
+    return int((plays + tests) * one.limits.total_s + steps / STEPS_A_SECOND) + SPARE_S
 
 
-def _told(name: str, asked: Round) -> str:
+def _summary(name: str, one: Round) -> str:
     play = {
-        "own": f"{asked.steps:,} steps of play",
+        "own": f"{one.steps:,} steps of play",
         "given": "play that is given",
         "none": "no play",
-    }[asked.play]
-    return f"Round {name}: REAL_{asked.condition}, {asked.objects} object(s), {play}."
+    }[one.play]
+    return f"Round {name}: REAL_{one.condition}, {one.objects} object(s), {play}."
 
 
 def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
@@ -215,14 +215,14 @@ def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
 
     The platform does not show it to participants, and their code runs where it cannot read it.
     """
-    asked = competition.rounds[name]
+    one = competition.rounds[name]
     recordings = competition.recordings(name)
-    fields = asked.model_dump(mode="json", exclude_defaults=True)
+    fields = one.model_dump(mode="json", exclude_defaults=True)
     fields |= {"goals": GOALS_FILE}
     if recordings:
         fields["recordings"] = [f"recording{number}.h5" for number in range(len(recordings))]
-    told = {"title": competition.title, "scene": competition.scene, "rounds": {name: fields}}
-    files = {ROUND_FILE: json.dumps(told, indent=1).encode()}
+    one_round = {"title": competition.title, "scene": competition.scene, "rounds": {name: fields}}
+    files = {ROUND_FILE: json.dumps(one_round, indent=1).encode()}
     files |= _reference_data(competition, name)
     for number, recording in enumerate(recordings):
         files[f"recording{number}.h5"] = recording.read_bytes()

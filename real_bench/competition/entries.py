@@ -79,14 +79,14 @@ def _entry(place: Path, frozen: Path, condition: str) -> Entry:
             submission = read_submission(folder)
             sha256 = ControllerSource.of(str(folder)).code_sha256
         except (ControllerError, OSError) as error:
-            told = str(error).replace(str(temporary / "submission"), place.name)
+            detail = str(error).replace(str(temporary / "submission"), place.name)
             nobody = Standing(
                 name=place.stem,
                 authors=(),
                 description="",
                 sha256=_bytes_sha256(place),
                 status=REFUSED,
-                told=told.replace(f"{place}/", ""),
+                detail=detail.replace(f"{place}/", ""),
                 key=key,
                 date=date,
             )
@@ -117,17 +117,17 @@ def _freeze(folder: Path, to: Path) -> None:
 
 def _ready(entry: Entry, submission: Submission, condition: str) -> Entry:
     """The entry with its packages installed, or refused."""
-    told = ""
+    detail = ""
     if submission.condition != condition:
-        told = f"it is made for {submission.condition}, this round is {condition}"
+        detail = f"it is made for {submission.condition}, this round is {condition}"
     else:
         try:
             packages_of(submission)
         except ControllerError as error:
-            told = str(error)
-    if not told:
+            detail = str(error)
+    if not detail:
         return entry
-    changes = {"status": REFUSED, "told": told}
+    changes = {"status": REFUSED, "detail": detail}
     return Entry(entry.standing.model_copy(update=changes), None)
 
 

@@ -43,13 +43,13 @@ def standings_report(rounds: Mapping[str, Sequence[Standing]], seconds: float) -
         for standing in standings:
             case = TestCase(quoted(standing.name), classname=f"realbench.{quoted(name)}")
             case.time = round(standing.seconds, 3)
-            told = quoted(standing.told, 2000)
+            detail = quoted(standing.detail, 2000)
             if standing.status == REFUSED:
-                case.result = [Failure(told, standing.status)]
+                case.result = [Failure(detail, standing.status)]
             elif standing.status == WAITING:
                 case.result = [Skipped("not done yet")]
             elif standing.status != SCORED:
-                case.result = [Error(told, standing.status)]
+                case.result = [Error(detail, standing.status)]
             suite.add_testcase(case)
         report.add_testsuite(suite)
     report.time = round(seconds, 3)

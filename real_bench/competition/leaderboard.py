@@ -59,9 +59,9 @@ def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboar
     if name is not None:
         folders = [folder for folder in folders if folder.name == name]
     if not folders:
-        told = f"no round {name}" if name and known else "no round"
+        lines = f"no round {name}" if name and known else "no round"
         more = f" (there are {', '.join(known)})" if known else " (`realbench round run` makes one)"
-        raise ExperimentError(f"{results} holds {told}{more}")
+        raise ExperimentError(f"{results} holds {lines}{more}")
     return [_leaderboard(folder) for folder in folders]
 
 
@@ -107,33 +107,33 @@ def title(board: Leaderboard) -> str:
 def notes(board: Leaderboard) -> list[str]:
     """What is to be said below it."""
     facts, rows = board.facts, board.rows
-    told = [_asked(facts)]
+    lines = [_asked(facts)]
     overs = {
         row.summary.score.interval.over
         for row in rows
         if row.summary is not None and row.summary.score.interval is not None
     }
     if OVER_PLAYS_AND_GOALS in overs:
-        told.append(f"95%: interval over {OVER_PLAYS_AND_GOALS}: if all was done again")
+        lines.append(f"95%: interval over {OVER_PLAYS_AND_GOALS}: if all was done again")
     elif OVER_GOALS in overs:
-        told.append(
+        lines.append(
             f"95%: interval over {OVER_GOALS}: on other goals, after the same play (three plays "
             "would tell how plays differ)"
         )
     if facts.ties == "paired":
-        told.append(
+        lines.append(
             "those share a rank whom the paired comparison, goal by goal, with the first of them "
             "cannot tell apart (95%)"
         )
     for row in rows:
-        if row.standing.status != SCORED and row.standing.told:
-            told.append(f"{quoted(row.standing.name)}: {quoted(row.standing.told, LONGEST)}")
+        if row.standing.status != SCORED and row.standing.detail:
+            lines.append(f"{quoted(row.standing.name)}: {quoted(row.standing.detail, LONGEST)}")
     if facts.failure == ZERO and any(row.summary is None for row in rows):
-        told.append("one that failed counts 0")
+        lines.append("one that failed counts 0")
     if facts.hidden:
         committed = f" (commitment {facts.commitment})" if facts.commitment else ""
-        told.append(f"the goals are secret until they are released{committed}")
-    return told
+        lines.append(f"the goals are secret until they are released{committed}")
+    return lines
 
 
 def text_table(board: Leaderboard) -> Table:

@@ -48,13 +48,13 @@ def ingest(submission: Path, data: Path, output: Path) -> None:
             broken = held.make(entries, held.missing(entries), lambda progress: None)
             (standing,) = held.settle(entries)
         if broken:
-            raise ExperimentError("; ".join(failure.told for failure in broken.values()))
+            raise ExperimentError("; ".join(failure.detail for failure in broken.values()))
         home = held.home(entries[0])
         output.mkdir(parents=True, exist_ok=True)
         for file in (*home.glob("seed*.json"), home / FILE):
             shutil.copy(file, output / file.name)
         shutil.copy(held.folder / DETAILS, output / DETAILS)
-    print(f"{standing.name}: {standing.status}{f', {standing.told}' if standing.told else ''}")
+    print(f"{standing.name}: {standing.status}{f', {standing.detail}' if standing.detail else ''}")
 
 
 def score(inputs: Path, output: Path) -> None:
@@ -74,10 +74,10 @@ def score(inputs: Path, output: Path) -> None:
     failure = json.loads((left / DETAILS).read_text(encoding="utf-8"))["failure"]
     output.mkdir(parents=True, exist_ok=True)
     if standing.status != SCORED:
-        told = f"{standing.status}: {standing.told}"
+        message = f"{standing.status}: {standing.detail}"
         if failure != "zero":
-            sys.exit(told)
-        print(told)
+            sys.exit(message)
+        print(message)
         return _write(output, dict.fromkeys(COLUMNS, 0.0))
     files = sorted(left.glob("seed*.json"))
     for file in files:

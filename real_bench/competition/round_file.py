@@ -51,9 +51,9 @@ class RoundFacts(BaseModel):
     @classmethod
     def of(cls, competition: Competition, name: str, goals: GoalSet) -> RoundFacts:
         """The facts of a round."""
-        asked = competition.rounds[name]
+        chosen = competition.rounds[name]
         facts: dict[str, Any] = {
-            field: getattr(asked, field)
+            field: getattr(chosen, field)
             for field in (
                 *("condition", "objects", "play", "steps", "trial_steps"),
                 *("failure", "ties", "commitment"),
@@ -63,12 +63,12 @@ class RoundFacts(BaseModel):
             title=competition.title,
             name=name,
             scene=competition.scene_source,
-            repeats=len(asked.seeds),
-            limits=asdict(asked.limits),
+            repeats=len(chosen.seeds),
+            limits=asdict(chosen.limits),
             goals=str(competition.goals(name).resolve()),
             goals_sha256=goals.sha256,
             n_goals=len(goals),
-            hidden=goals.is_secret and not asked.released,
+            hidden=goals.is_secret and not chosen.released,
             **facts,
         )
 
@@ -86,5 +86,5 @@ def load_round(folder: Path) -> RoundFacts:
     try:
         return RoundFacts.model_validate_json(path.read_text(encoding="utf-8"))
     except (ValidationError, UnicodeDecodeError) as error:
-        told = faults(error, 3) if isinstance(error, ValidationError) else error
-        raise ExperimentError(f"{path} is damaged: {told}") from error
+        reason = faults(error, 3) if isinstance(error, ValidationError) else error
+        raise ExperimentError(f"{path} is damaged: {reason}") from error

@@ -183,21 +183,21 @@ class RoundRun:
 
     def jobs(self, entry: Entry) -> list[tuple[PlayJob | None, ScoringJob]]:
         """What a submission goes through: a play, where it plays, and a test, each repeat."""
-        asked = self.round
+        this_round = self.round
         given = self.competition.recordings(self.name)
         pairs: list[tuple[PlayJob | None, ScoringJob]] = []
-        for number, seed in enumerate(asked.seeds):
+        for number, seed in enumerate(this_round.seeds):
             play = None
-            if asked.play == "own":
+            if this_round.play == "own":
                 play = PlayJob(
                     **self._told(entry, seed, f"{entry.standing.key}-play{seed}", f"seed{seed}.h5"),
-                    steps=asked.steps,
+                    steps=this_round.steps,
                     images=None,
                 )
             run = play.out if play else given[number] if given else None
             scoring = ScoringJob(
                 **self._told(entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"),
-                trial_steps=asked.trial_steps,
+                trial_steps=this_round.trial_steps,
                 goals=self.competition.goals(self.name),
                 n_goals=len(self._goals),
                 goals_sha256=self._goals.sha256,
@@ -239,13 +239,13 @@ class RoundRun:
 
     def _keep(self, entry: Entry, job: Job, failure: Failure) -> None:
         """Keep what ended a submission's job."""
-        told = failure.told.removeprefix(f"{job.name}: ")
+        detail = failure.detail.removeprefix(f"{job.name}: ")
         for place in (f"controller {entry.folder}: ", f"controller {entry.folder} "):
-            told = told.replace(place, "")
-        told = told.replace(f"{entry.folder}/", "")
+            detail = detail.replace(place, "")
+        detail = detail.replace(f"{entry.folder}/", "")
         failed = Failed(
             status=STATUS_OF[failure.kind],
-            told=f"{'play' if isinstance(job, PlayJob) else 'test'}, {told}",
+            detail=f"{'play' if isinstance(job, PlayJob) else 'test'}, {detail}",
             seconds=round(failure.seconds, 1),
         )
         self._standing(entry).with_failure(job.name, failed).save(self.home(entry))

@@ -118,7 +118,7 @@ def _tests(
         yield read_tested(file, (), sets), shown
 
 
-def _rendered(name: str, **told: object) -> str:
+def _rendered(name: str, **values: object) -> str:
     """A page. All text is escaped, whoever wrote it."""
     from jinja2 import Environment, StrictUndefined
 
@@ -139,7 +139,7 @@ def _rendered(name: str, **told: object) -> str:
         + (here / "site.css").read_text(encoding="utf-8"),
         script=(report / "page.js").read_text(encoding="utf-8"),
         version=__version__,
-        **told,
+        **values,
     )
 
 

@@ -40,7 +40,7 @@ class Failed(_Record):
     """What ended a job: the status that it gives, in a line, and how long it took."""
 
     status: Status
-    told: str
+    detail: str
     seconds: float = 0.0
 
 
@@ -53,7 +53,7 @@ class Standing(_Record):
         sha256: the hash over all of it.
         date: when it was handed in.
         status: of the whole.
-        told: why it is not scored, in a line.
+        detail: why it is not scored, in a line.
         failures: of its jobs, by name.
         seconds: that its tests took, and what failed.
     """
@@ -65,7 +65,7 @@ class Standing(_Record):
     sha256: str
     date: str
     status: Status
-    told: str = ""
+    detail: str = ""
     failures: dict[str, Failed] = {}
     seconds: float = 0.0
 
@@ -74,8 +74,8 @@ class Standing(_Record):
         failures = dict(sorted({**self.failures, job: failed}.items()))
         first = next(iter(failures.values()))
         seconds = sum(each.seconds for each in failures.values())
-        told = {"status": first.status, "told": first.told, "seconds": seconds}
-        changes = {"failures": failures, **told}
+        detail = {"status": first.status, "detail": first.detail, "seconds": seconds}
+        changes = {"failures": failures, **detail}
         return self.model_copy(update=changes)
 
     def save(self, home: Path) -> None:

@@ -62,9 +62,11 @@ def make_template(folder: Path, name: str, author: str, condition: str) -> None:
     if taken:
         raise SubmissionError(f"{folder / taken[0]} is there already")
     check_folder(folder, make=True)
-    told = _MANIFEST.format(name=json.dumps(name), author=json.dumps(author), condition=condition)
+    content = _MANIFEST.format(
+        name=json.dumps(name), author=json.dumps(author), condition=condition
+    )
     write_whole(folder / "controller.py", _CONTROLLER.encode())
-    write_whole(folder / MANIFEST, told.encode())
+    write_whole(folder / MANIFEST, content.encode())
     try:
         read_submission(folder)
     except SubmissionError:

@@ -20,7 +20,7 @@ class Verified(BaseModel):
     Attributes:
         results: hashes of their files; of other files it says nothing.
         holds: whether they are proved.
-        told: the verdict in a line.
+        detail: the verdict in a line.
         date: when.
     """
 
@@ -28,7 +28,7 @@ class Verified(BaseModel):
 
     results: tuple[str, ...]
     holds: bool
-    told: str
+    detail: str
     date: str
 
     def save(self, home: Path) -> None:
@@ -45,6 +45,6 @@ def load_verified(home: Path, results: Sequence[str]) -> Verified | None:
     try:
         verified = Verified.model_validate_json(path.read_text(encoding="utf-8"))
     except (ValidationError, UnicodeDecodeError) as error:
-        told = faults(error, 3) if isinstance(error, ValidationError) else error
-        raise ExperimentError(f"{path} is damaged: {told}") from error
+        detail = faults(error, 3) if isinstance(error, ValidationError) else error
+        raise ExperimentError(f"{path} is damaged: {detail}") from error
     return verified if set(results) <= set(verified.results) else None

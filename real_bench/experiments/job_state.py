@@ -108,9 +108,9 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[st
 
 def _controller_misfits(job: Job, named: str, sha256: str) -> list[str]:
     """A file is told by its name and content, for it may have come from another folder."""
-    asked = recorded_as(job.controller)
-    if without_folder(named) != without_folder(asked):
-        return _differences({"controller": named}, {"controller": asked})
+    wanted_name = recorded_as(job.controller)
+    if without_folder(named) != without_folder(wanted_name):
+        return _differences({"controller": named}, {"controller": wanted_name})
     source = ControllerSource.of(job.controller)
     if source.file is not None and not is_code_of(source, sha256):
         return [f"{source.file.name}, or what lies beside it, as it was before it was changed"]

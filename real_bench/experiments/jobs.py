@@ -205,13 +205,13 @@ class ScoringJob(_Job):
         )
         phase = ExtrinsicPhase(plan, len(plan.goal_set), self.out)
 
-        def told(result: Result) -> None:
+        def update(result: Result) -> None:
             report(len(result.trials) * self.trial_steps)
 
         try:
-            phase.run(told, resume=True, activity=activity)
+            phase.run(update, resume=True, activity=activity)
         except ResultError:  # begun by other code, or by a controller that cannot go on
-            phase.run(told, overwrite=True, activity=activity)
+            phase.run(update, overwrite=True, activity=activity)
 
 
 Job = PlayJob | ScoringJob

@@ -43,8 +43,8 @@ class PendingJobs:
         for job in jobs:
             learned = plays.get(job.play or "") if isinstance(job, ScoringJob) else None
             played = learned and (learned.controller, learned.condition, learned.images)
-            told = [job.controller, job.condition, job.objects, job.settings, played]
-            unlike.setdefault(json.dumps(told, sort_keys=True), job)
+            facts = [job.controller, job.condition, job.objects, job.settings, played]
+            unlike.setdefault(json.dumps(facts, sort_keys=True), job)
         needed = {job.play for job in unlike.values() if isinstance(job, ScoringJob)}
         return CheckJob(
             jobs=tuple(unlike.values()),

@@ -21,12 +21,12 @@ class JobFailedError(RealBenchError):
     """A job cannot be done; trying again would not help.
 
     Args:
-        told: why.
+        detail: why.
         kind: the name of the error's class.
     """
 
-    def __init__(self, told: str, kind: str = "") -> None:
-        super().__init__(told, kind)  # both, so that it survives the way from a cluster's worker
+    def __init__(self, detail: str, kind: str = "") -> None:
+        super().__init__(detail, kind)  # both, so that it survives the way from a cluster's worker
         self.kind = kind
 
     def __str__(self) -> str:

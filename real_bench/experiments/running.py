@@ -84,8 +84,8 @@ class Experiment:
                     processes.do(alone, _ignored)
                 raise
         except (JobFailedError, WorkerLostError) as error:
-            told = str(error).removeprefix(f"{check.name}: ")
-            raise ExperimentError(f"before any work: {told}") from error
+            reason = str(error).removeprefix(f"{check.name}: ")
+            raise ExperimentError(f"before any work: {reason}") from error
 
     def make(self, work: PendingJobs, update: Update) -> dict[str, Failure]:
         """Have it done; gives why jobs were not, by name.

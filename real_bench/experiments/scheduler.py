@@ -22,13 +22,13 @@ class Failure:
     """Why a job was not done.
 
     Attributes:
-        told: in a line.
+        detail: in a line.
         kind: the name of the error's class; empty where its process was lost, or where it waited
             for another job.
         seconds: how long it was tried.
     """
 
-    told: str
+    detail: str
     kind: str = ""
     seconds: float = 0.0
 
@@ -114,7 +114,7 @@ class JobScheduler:
                     done, _ = wait(running, SECONDS_BETWEEN_UPDATES, FIRST_COMPLETED)
                     for future in done:
                         shift.end(running.pop(future), future.exception())
-                    names = [shift.told(job) for job in running.values()]
+                    names = [shift.detail(job) for job in running.values()]
                     update(shift.progress(names, self._workplace.waits_for() if names else ""))
             except BaseException:
                 self._workplace.stop()
@@ -154,7 +154,7 @@ class _Shift:
 
         return report
 
-    def told(self, job: Job) -> str:
+    def detail(self, job: Job) -> str:
         """A job's name, and what its controller is busy with where it has been for a while."""
         busy = self._busy.get(job.name)
         return f"{job.name} ({busy})" if busy else job.name

@@ -263,11 +263,11 @@ def write_template(path: Path, *, overwrite: bool = False) -> None:
 def _check_it_fits(cell: Cell, play: Play) -> None:
     """Raise ValueError where what was played in one condition cannot serve in another."""
     learns, played = Condition.parse(cell.condition), Condition.parse(play.condition)
-    told = f"cell {cell.name} learns from {cell.play!r}, which is played in {played.name}"
+    link = f"cell {cell.name} learns from {cell.play!r}, which is played in {played.name}"
     if learns.control != played.control:
-        raise ValueError(f"{told}: it needs a play in {learns.name}")
+        raise ValueError(f"{link}: it needs a play in {learns.name}")
     if learns.sees_objects and not played.sees_objects:
-        raise ValueError(f"{told}, where no positions are seen: it needs a play in {learns.name}")
+        raise ValueError(f"{link}, where no positions are seen: it needs a play in {learns.name}")
 
 
 def _short(controller: str) -> str:

@@ -86,11 +86,11 @@ class _Episodes:
         self._table, self._states = recording.to_numpy(), recording.states
         self._poses = recording.object_poses if self._condition.sees_objects else None
         scene = load_scene(header.scene_source)
-        told = flat_observation_space(
+        flat = flat_observation_space(
             observation_space(scene, self._condition, header.objects), goals=False
         )
         self.observation_space = spaces.Dict(
-            {key: box for key, box in told.items() if key != "retina"} | self._image_box()
+            {key: box for key, box in flat.items() if key != "retina"} | self._image_box()
         )
         self._is_plain = self._only_whole_macros()
         self.action_space: spaces.Space[Any] = (
@@ -131,14 +131,14 @@ class _Episodes:
 
     def _seen(self, first: int, count: int) -> Arrays:
         states = self._states[first : first + count]
-        seen: Arrays = {key: states[key] for key in ("joint_positions", "touch_sensors")}
+        columns: Arrays = {key: states[key] for key in ("joint_positions", "touch_sensors")}
         if self._poses is not None:
             poses = self._poses[first : first + count]
-            seen["object_positions"] = poses[:, :, :3].reshape(count, -1)
-            seen["object_orientations"] = poses[:, :, 3:].reshape(count, -1)
+            columns["object_positions"] = poses[:, :, :3].reshape(count, -1)
+            columns["object_orientations"] = poses[:, :, 3:].reshape(count, -1)
         if self._has_images:
-            seen["retina"] = shrunk(self._recording.images(first, count), self._image_size)
-        return {key: seen[key] for key in self.observation_space}
+            columns["retina"] = shrunk(self._recording.images(first, count), self._image_size)
+        return {key: columns[key] for key in self.observation_space}
 
     def _done(self, start: int, stop: int) -> NDArray[Any] | Arrays:
         if self._is_plain:

@@ -43,8 +43,8 @@ class Opening(BaseModel):
     @property
     def commitment(self) -> str:
         """What may be published before: it fixes the goals and tells nothing of them."""
-        told = f"realbench goals {self.goals_sha256} {self.seed} {self.salt}"
-        return hashlib.sha256(told.encode()).hexdigest()
+        content = f"realbench goals {self.goals_sha256} {self.seed} {self.salt}"
+        return hashlib.sha256(content.encode()).hexdigest()
 
     def check(self, goal_set: GoalSet, commitment: str) -> None:
         """Raise GoalSetError unless it opens this commitment, for this set."""

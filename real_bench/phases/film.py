@@ -100,9 +100,9 @@ def filmed(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[N
 
     def shoot() -> None:
         positions = task.simulation.object_poses()[:, :3]
-        told = f"goal {number} ({goal.challenge}), score {goal_score(positions, wanted):.3f}"
+        judged = f"goal {number} ({goal.challenge}), score {goal_score(positions, wanted):.3f}"
         here = f"{task.condition.name}, step {task.n_steps:,}"
-        film.add(captioned([task.simulation.image().retina, goal.retina], [here, told]))
+        film.add(captioned([task.simulation.image().retina, goal.retina], [here, judged]))
 
     with closing(film), filming(task, shoot):
         yield

@@ -80,12 +80,12 @@ class Family:
         weights = self._nearness(situations) * self.successes + TINY
         totals = weights.cumsum(axis=1)
         ticket = random.random((len(situations), 1)) * totals[:, -1:]
-        return np.array(self.members)[(totals <= ticket).sum(axis=1)]
+        return np.asarray(np.array(self.members)[(totals <= ticket).sum(axis=1)])
 
     def _nearness(self, situations: Array) -> Array:
         """Of n situations to each of m members', (n, m): 1 where they are the same."""
         away = situations[:, None] - np.array(self.situations)
-        return np.exp(-(away**2).sum(axis=2) / (2 * NEAR**2))
+        return np.asarray(np.exp(-(away**2).sum(axis=2) / (2 * NEAR**2)))
 
 
 class DeedMemory:
@@ -206,7 +206,7 @@ class DeedMemory:
 
     def _is_surprising(self, success: float) -> bool:
         known = len(self._recent) >= FEWEST
-        return known and success > np.quantile(self._recent, self._surprise)
+        return known and success > float(np.quantile(self._recent, self._surprise))
 
     def _family_of(self, told: Array) -> Family | None:
         """That of the nearest founder, if it is near enough."""

@@ -103,15 +103,15 @@ class PartReplay:
 class _Part:
     """The replaying itself."""
 
-    def __init__(self, asked: PartReplay, recording: Recording, task: Task) -> None:
-        self._asked, self._recording, self._task = asked, recording, task
+    def __init__(self, part: PartReplay, recording: Recording, task: Task) -> None:
+        self._part, self._recording, self._task = part, recording, task
         self._rows, self._poses = recording.transitions, recording.object_poses
         self._fresh = set(fresh_states(recording).tolist())
         self._replayer = ActionReplayer(recording, task)
-        self._number, self._world_began_at, self._as_recorded = asked.first, 0, True
+        self._number, self._world_began_at, self._as_recorded = part.first, 0, True
 
     def run(self, show: Show, every: int, report: OnAction) -> bool:
-        first, last = self._asked.first, self._asked.last
+        first, last = self._part.first, self._part.last
         begun = self._begun_before(first)
         with stop_requests() as stop:
             for number in range(begun, last):
@@ -145,7 +145,7 @@ class _Part:
             self._replayer.act(number)
         except (ActionError, PhysicsError) as error:
             raise RecordingError(
-                f"action {number:,} of {self._asked.path} cannot be replayed: {error}"
+                f"action {number:,} of {self._part.path} cannot be replayed: {error}"
             ) from error
         poses = self._task.simulation.object_poses()
         if self._as_recorded and not np.array_equal(
@@ -156,7 +156,7 @@ class _Part:
                 "from action %d on objects are not where they were recorded: this machine's "
                 "physics may be another one (realbench verify %s says more)",
                 number,
-                self._asked.path,
+                self._part.path,
             )
 
     def _now(self) -> Shown:

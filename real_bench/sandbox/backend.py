@@ -79,8 +79,8 @@ def _identity(
     try:
         encode(settings)
     except MessageError as error:
-        told = f"its settings must be plain values: {error}"
-        raise client.fault(told, ControllerError) from error
+        text = f"its settings must be plain values: {error}"
+        raise client.fault(text, ControllerError) from error
     match client.ask("identity", source.spec, resolved(source.spec), settings):
         case {
             "class_name": str(name),

@@ -39,9 +39,9 @@ def fault_kind(error: BaseException) -> str:
     return "crashed"
 
 
-def fault_of_kind(kind: str, told: str) -> ControllerError:
+def fault_of_kind(kind: str, message: str) -> ControllerError:
     """The error for what a child reports."""
-    return KINDS.get(kind, ControllerFailedError)(told)
+    return KINDS.get(kind, ControllerFailedError)(message)
 
 
 def of_memory(text: str) -> bool:

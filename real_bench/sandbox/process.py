@@ -77,8 +77,8 @@ class Process:
         if self._support.bubblewrap and code > 128:  # which reports a signal as shells do
             code = 128 - code
         how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
-        told = f"its process ended {how}" + (f" (it last said: {said})" if said else "")
-        return (OutOfMemoryError if of_memory(said) else ControllerFailedError), told
+        reason = f"its process ended {how}" + (f" (it last said: {said})" if said else "")
+        return (OutOfMemoryError if of_memory(said) else ControllerFailedError), reason
 
 
 class _Output:

@@ -83,11 +83,11 @@ class RpcClient:
         try:
             return self._answer(question, arguments, size, observation or {}, began + allowed)
         except Late:
-            told = f"{_what(question, arguments)} {self._too_late(allowed)}"
-            raise self._ended(OutOfTimeError, told) from None
+            why = f"{_what(question, arguments)} {self._too_late(allowed)}"
+            raise self._ended(OutOfTimeError, why) from None
         except MessageError as error:
-            told = f"a message of its process is refused: {error}"
-            raise self._ended(BrokenRuleError, told) from error
+            why = f"a message of its process is refused: {error}"
+            raise self._ended(BrokenRuleError, why) from error
         except Closed:
             kind, how = self._process.exit_reason()
             raise self._ended(kind, f"{how} in {_what(question, arguments)}") from None

@@ -16,4 +16,4 @@ class Part:
 
     what: str
     verdict: str
-    told: str
+    detail: str

@@ -47,12 +47,12 @@ class BundleVerdict:
         return FAILS not in verdicts and UNDECIDED in verdicts
 
     @property
-    def told(self) -> str:
+    def detail(self) -> str:
         """The verdict in a line."""
         wrong = [part for part in self.parts if part.verdict in (FAILS, UNDECIDED)]
         if wrong:
             first = min(wrong, key=lambda part: part.verdict != FAILS)
-            return f"{first.what}: {first.told}"
+            return f"{first.what}: {first.detail}"
         done = ", ".join(part.what for part in self.parts if part.verdict == HOLDS)
         left = ", ".join(part.what for part in self.parts if part.verdict == NOT_CHECKED)
         return f"verified: {done}" + (f" (not checked: {left})" if left else "")
@@ -66,7 +66,7 @@ class BundleVerdict:
             "score": self.score,
             "verified": self.holds,
             "undecided": self.is_undecided,
-            "told": self.told,
+            "detail": self.detail,
             "parts": [asdict(part) for part in self.parts],
         }
 
@@ -106,8 +106,8 @@ class BundleVerification:
             result = load_result(self.bundle.result)
             score = result.score
         except RealBenchError as error:
-            told = _inside(str(error), self.bundle)
-            return BundleVerdict(self.bundle, None, (Part("result", FAILS, told),))
+            detail = _inside(str(error), self.bundle)
+            return BundleVerdict(self.bundle, None, (Part("result", FAILS, detail),))
         parts: list[Part] = []
         checks: dict[str, Callable[[], Told]] = {
             "trials": lambda: self._trials(report),
@@ -119,12 +119,12 @@ class BundleVerification:
         }
         for what, check in checks.items():
             try:
-                verdict, told = check()
+                verdict, detail = check()
             except Interrupted:
                 raise
             except RealBenchError as error:
-                verdict, told = FAILS, str(error)
-            parts.append(Part(what, verdict, _inside(told, self.bundle)))
+                verdict, detail = FAILS, str(error)
+            parts.append(Part(what, verdict, _inside(detail, self.bundle)))
         return BundleVerdict(self.bundle, score, tuple(parts))
 
     def _trials(self, report: OnReplay) -> Told:
@@ -197,6 +197,6 @@ def _of(holds: bool, is_undecided: bool) -> str:
     return HOLDS if holds else UNDECIDED if is_undecided else FAILS
 
 
-def _inside(told: str, bundle: Bundle) -> str:
+def _inside(detail: str, bundle: Bundle) -> str:
     """Without the folder that everything lies in."""
-    return told.replace(f"{bundle.result.parent}/", "")
+    return detail.replace(f"{bundle.result.parent}/", "")

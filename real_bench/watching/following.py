@@ -44,24 +44,24 @@ def follow(path: Path, every_s: float) -> Iterator[Moment]:
     Raises:
         RecordingError: it is not a recording.
     """
-    seen: deque[tuple[float, int]] = deque()
+    marks: deque[tuple[float, int]] = deque()
     last: object = None
     while True:
         status = read_status(path)
-        told = (status.n_steps, status.what, len(status.logged), status.written_at)
-        if told != last:
-            last = told
-            yield Moment(status, _speed(seen, status))
+        state = (status.n_steps, status.what, len(status.logged), status.written_at)
+        if state != last:
+            last = state
+            yield Moment(status, _speed(marks, status))
         if status.what in ("ended", "stopped"):
             return
         time.sleep(every_s)
 
 
-def _speed(seen: deque[tuple[float, int]], status: PlayStatus) -> float | None:
+def _speed(marks: deque[tuple[float, int]], status: PlayStatus) -> float | None:
     """Steps a second between writings; an action that has just begun is in none."""
-    if not seen or status.written_at > seen[-1][0]:
-        seen.append((status.written_at, status.n_steps))
-    while len(seen) > 2 and seen[1][0] < status.written_at - SPEED_OVER_S:
-        seen.popleft()
-    (began, before), (now, after) = seen[0], seen[-1]
+    if not marks or status.written_at > marks[-1][0]:
+        marks.append((status.written_at, status.n_steps))
+    while len(marks) > 2 and marks[1][0] < status.written_at - SPEED_OVER_S:
+        marks.popleft()
+    (began, before), (now, after) = marks[0], marks[-1]
     return (after - before) / (now - began) if now > began else None

@@ -59,20 +59,20 @@ def screen_of(moment: Moment, width: int, *, ascii_only: bool = False) -> Group:
 
 
 def _pace(moment: Moment) -> list[str]:
-    told = [] if moment.speed is None else [f"{moment.speed:,.0f} steps/s"]
+    texts = [] if moment.speed is None else [f"{moment.speed:,.0f} steps/s"]
     if (left := moment.seconds_left) is not None:
         minutes, seconds = divmod(round(left), 60)
-        told.append(f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d} left")
-    return told
+        texts.append(f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d} left")
+    return texts
 
 
 def _moves(moment: Moment) -> str:
     status = moment.status
     if status.share_moved is None or status.share_moved_lately is None:
         return "no action yet"
-    told = f"{status.share_moved:.0%} of {status.n_actions:,} actions moved an object"
+    texts = f"{status.share_moved:.0%} of {status.n_actions:,} actions moved an object"
     lately = f", {status.share_moved_lately:.0%} of the last {LATEST_ACTIONS}"
-    return told + (lately if status.n_actions > LATEST_ACTIONS else "")
+    return texts + (lately if status.n_actions > LATEST_ACTIONS else "")
 
 
 def _range(values: NDArray[np.float64]) -> tuple[float, float]:

@@ -104,7 +104,7 @@ def parts(found: dict[str, Any]) -> dict[str, str]:
 def test_an_honest_one_is_verified_as_a_whole(bundle: Bundle, honest: Path) -> None:
     found = verdict(bundle(), honest, "--play-again", code=0)
     assert set(parts(found).values()) == {"holds"}
-    assert found["told"] == "verified: trials, recording, code, settings, state, play"
+    assert found["detail"] == "verified: trials, recording, code, settings, state, play"
 
 
 def test_a_forged_score_is_named(bundle: Bundle, honest: Path) -> None:
@@ -116,14 +116,14 @@ def test_a_forged_score_is_named(bundle: Bundle, honest: Path) -> None:
     forge(place / "score.json", nearer)
     found = verdict(place, honest)
     assert parts(found)["trials"] == "FAILS"
-    assert "first goal 0: distance" in found["told"]
+    assert "first goal 0: distance" in found["detail"]
 
 
 def test_code_that_was_swapped_after_the_play_is_named(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     (place / "submission" / "controller.py").write_text(LEARNER + "\nBETTER = True\n")
     found = verdict(place, honest)
-    assert found["told"] == "code: the submission is not the code that was tested"
+    assert found["detail"] == "code: the submission is not the code that was tested"
     from real_bench.source import ControllerSource
 
     swapped = ControllerSource.of(str(place / "submission")).code_sha256
@@ -133,13 +133,13 @@ def test_code_that_was_swapped_after_the_play_is_named(bundle: Bundle, honest: P
 
     forge(place / "score.json", hash_too)
     found = verdict(place, honest)
-    assert found["told"] == "code: what it learned was learned by other code"
+    assert found["detail"] == "code: what it learned was learned by other code"
 
     def all_hashes(content: dict[str, Any]) -> None:
         content["setting"]["learned"]["code_sha256"] = swapped
 
     forge(place / "score.json", all_hashes)
-    assert verdict(place, honest)["told"] == "code: the submission is not the code that played"
+    assert verdict(place, honest)["detail"] == "code: the submission is not the code that played"
 
 
 def test_other_goals_are_named(
@@ -151,7 +151,7 @@ def test_other_goals_are_named(
     test = ["--goals", easy, "--trial-steps", "1000", "--out", "score.json", "--overwrite"]
     whom = ["--controller", "submission", "--run", "run.h5", "--isolate"]
     realbench(place, "extrinsic", *whom, *test)
-    assert "is of goals" in verdict(place, honest)["told"]
+    assert "is of goals" in verdict(place, honest)["detail"]
     wanted = json.loads((honest / "score1.json").read_text())["setting"]["goals_sha256"]
 
     def hash_too(content: dict[str, Any]) -> None:
@@ -160,7 +160,7 @@ def test_other_goals_are_named(
     forge(place / "score.json", hash_too)
     found = verdict(place, honest)
     assert parts(found)["trials"] == "FAILS"
-    assert "trials differ" in found["told"]
+    assert "trials differ" in found["detail"]
 
 
 def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
@@ -184,15 +184,15 @@ def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
         "state": "FAILS",
         "play": "not checked",
     }
-    assert "its state is of another play" in found["told"]
+    assert "its state is of another play" in found["detail"]
     found = verdict(place, honest, "--relearn", "0", "--play-again")
-    assert "it plays alike, but hands over another state" in found["told"]
+    assert "it plays alike, but hands over another state" in found["detail"]
 
 
 def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     shutil.copy(honest / "run2.h5", place / "run.h5")
-    assert "run.h5 is not what it learned from" in verdict(place, honest)["told"]
+    assert "run.h5 is not what it learned from" in verdict(place, honest)["detail"]
     place = bundle("second")
     shutil.copy(honest / "score2.json", place / "score.json")
     shutil.copy(honest / "run2.h5", place / "run.h5")
@@ -201,7 +201,7 @@ def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: 
         content["setting"]["seed"] = 77
 
     forge(place / "score.json", as_of_another_seed)
-    assert "these are not its commands" in verdict(place, honest)["told"]
+    assert "these are not its commands" in verdict(place, honest)["detail"]
 
 
 def test_many_have_a_verdict_each(bundle: Bundle, honest: Path) -> None:

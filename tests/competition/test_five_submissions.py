@@ -44,8 +44,8 @@ def test_one_scores_and_four_have_a_status(place: Path) -> None:
     assert [row["rank"] for row in rows] == [1, None, None, None, None]
     assert rows[0]["summary"]["metrics"]["score"]["mean"] > 0
     for row in rows[1:]:
-        assert row["told"].startswith(TOLD[row["key"]])
-        assert str(place) not in row["told"]
+        assert row["detail"].startswith(TOLD[row["key"]])
+        assert str(place) not in row["detail"]
     cases = {
         case.name: case.result for suite in JUnitXml.fromfile(place / "j.xml") for case in suite
     }

@@ -72,9 +72,9 @@ def test_archives_versions_and_what_does_not_fit(place: Path) -> None:
     realbench(place, "round", "run", "submissions", path)
     rows = rows_of(place)
     assert rows["team"]["status"] == "scored"
-    assert rows["other"]["told"] == "it is made for IM, this round is OM"
-    assert rows["empty"]["told"] == "empty has no submission.yaml"
-    assert "cannot be unpacked" in rows["bad"]["told"]
+    assert rows["other"]["detail"] == "it is made for IM, this round is OM"
+    assert rows["empty"]["detail"] == "empty has no submission.yaml"
+    assert "cannot be unpacked" in rows["bad"]["detail"]
     result = load_result(next((place / "results" / "first").glob("team-*/seed0.json")))
     assert result.setting.controller.endswith(":Work")
     first = rows["team"]["sha256"]
@@ -94,7 +94,7 @@ def test_a_failure_is_tried_again_when_asked(place: Path) -> None:
     realbench(place, "round", "run", "submissions", path)
     row = rows_of(place)["greedy"]
     assert (row["status"], row["rank"]) == ("out of memory", 1)
-    assert "MemoryError" in row["told"]
+    assert "MemoryError" in row["detail"]
     realbench(place, "round", "run", "submissions", path)
     done = realbench(place, "round", "run", "submissions", path, "--retry")
     assert "1 plays and 1 tests to do" in done.stderr
@@ -116,7 +116,7 @@ def test_recordings_may_be_given(place: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "detail"),
     [
         ({"condition": "XX"}, "rounds.first.condition: "),
         ({"limits": {"memory_gib": -1}}, "--memory-limit must be above 0"),
@@ -161,5 +161,5 @@ def test_links_and_outsiders_are_left_behind(place: Path) -> None:
         archive.writestr("submission.yaml", "name: x")
         archive.writestr("../../escaped.py", "owned")
     realbench(place, "round", "run", "submissions", rounds(place))
-    assert "leads elsewhere" in rows_of(place)["evil"]["told"]
+    assert "leads elsewhere" in rows_of(place)["evil"]["detail"]
     assert not list(place.rglob("escaped.py"))

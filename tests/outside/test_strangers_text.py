@@ -96,7 +96,7 @@ def board_of(text: str) -> Leaderboard:
         **{"key": "a", "name": "n", "authors": (), "description": "", "sha256": "1"},
         date="",
         status="crashed",
-        told=text,
+        detail=text,
     )
     return Leaderboard(facts, (Ranked(standing, Path()),))
 
