@@ -116,7 +116,7 @@ def test_recordings_may_be_given(place: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "detail"),
+    ("changes", "told"),
     [
         ({"condition": "XX"}, "rounds.first.condition: "),
         ({"limits": {"memory_gib": -1}}, "--memory-limit must be above 0"),

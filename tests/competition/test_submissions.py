@@ -47,7 +47,7 @@ def test_a_new_one_is_good_as_it_is(place: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "detail"),
+    ("changes", "told"),
     [
         ({"name": "a:b"}, "name: "),
         ({"authors": []}, "authors: "),
@@ -169,7 +169,7 @@ def test_requirements_come_from_its_own_wheels(
 
 
 @pytest.mark.parametrize(
-    ("requires", "detail"),
+    ("requires", "told"),
     [("numpy<1.0", "numpy"), ("a-package-that-nobody-has", "a-package-that-nobody-has")],
 )
 def test_requirements_that_cannot_be_had_are_refused(
