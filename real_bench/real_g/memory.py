@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 FARTHEST, NEAREST = 0.5, 0.005
 """Random actions: how near they begin to an object, in shares of a range."""
 
-MOST_VARIED = 0.3
+MOST_VARIED = 0.1
 """Remembered actions are varied by shares of a number's range from ``NEAREST`` to this."""
 
 RECENT, FEWEST = 300, 20
@@ -31,6 +31,9 @@ RECENT, FEWEST = 300, 20
 
 NEAR = 0.3
 """Situations so far apart, in ranges of their numbers, tell something of each other."""
+
+ELSEWHERE = 10.0
+"""So many members in the same situation tell as much as all members in all situations."""
 
 TINY = 1e-3
 
@@ -65,12 +68,14 @@ class Family:
         return (1 + sum(self.successes)) / (2 + len(self.successes))
 
     def counts(self, situations: Array) -> Array:
-        """Successes and failures in n situations, (2, n), each with one more than there were.
+        """Successes and failures in n situations, (2, n).
 
-        The less like a situation is to that of a member, the less the member counts.
+        The less like a situation is to that of a member, the less the member counts. What all
+        members did in all situations counts as much as ``ELSEWHERE`` members.
         """
         near, success = self._nearness(situations), np.array(self.successes)
-        return 1 + np.stack([near @ success, near @ (1 - success)])
+        prior = ELSEWHERE * np.array([[self.mean], [1 - self.mean]])
+        return np.asarray(prior + np.stack([near @ success, near @ (1 - success)]))
 
     def drawn(self, situations: Array, random: np.random.Generator) -> Array:
         """A member for each of n situations, (n, P).

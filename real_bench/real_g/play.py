@@ -44,7 +44,7 @@ class PlaySettings(Settings):
         last_steps: of training when all play is over.
     """
 
-    first: int = Field(300, ge=1)
+    first: int = Field(200, ge=1)
     growth: float = Field(0.15, ge=0)
     random: float = Field(0.1, ge=0, le=1)
     bred: float = Field(0.45, ge=0, le=1)
