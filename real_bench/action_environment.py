@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium import spaces
-from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
-from real_bench.environment import RealEnv, plain_spec
-from real_bench.errors import RealBenchError, SceneError
+from real_bench.environment import OneWorldEnv, RealEnv
+from real_bench.errors import RealBenchError
 from real_bench.goal_sets import GoalSet
 from real_bench.simulation import DEFAULT_SCENE, STEP_S
 
@@ -23,7 +21,7 @@ POSES = ("object_positions", "object_orientations")
 ACTION_S = 1000 * STEP_S
 
 
-class ActionEnv(gymnasium.Env[dict[str, Any], Any]):
+class ActionEnv(OneWorldEnv):
     """REAL, one macro-action (1000 steps, 5 s) a call; a library of reinforcement learning can use
     it as it is.
 
@@ -63,7 +61,6 @@ class ActionEnv(gymnasium.Env[dict[str, Any], Any]):
     ) -> None:
         if condition not in ("OM", "IM"):
             raise RealBenchError(f"whole actions are for OM and IM, not {condition}")
-        self._spec: EnvSpec | None = None
         self._env = RealEnv(
             condition,
             objects=objects,
@@ -101,18 +98,6 @@ class ActionEnv(gymnasium.Env[dict[str, Any], Any]):
     def close(self) -> None:
         """Close the simulation."""
         self._env.close()
-
-    def __copy__(self) -> NoReturn:
-        raise SceneError("one world cannot be behind two objects: make another environment")
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """What gymnasium made it of; paths are text there, as JSON has none."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, spec: EnvSpec | None) -> None:
-        self._spec = plain_spec(spec)
 
     def _flat(self, observation: Mapping[str, Any]) -> dict[str, Any]:
         assert isinstance(self.observation_space, spaces.Dict)

@@ -23,7 +23,25 @@ from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
 from real_bench.task import Task
 
 
-class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
+class OneWorldEnv(gymnasium.Env[dict[str, Any], Any]):
+    """An environment that cannot be copied, and whose spec can be written as JSON."""
+
+    _spec: EnvSpec | None = None
+
+    def __copy__(self) -> NoReturn:
+        raise SceneError("one world cannot be behind two objects: make another environment")
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """What gymnasium made it of; paths are text there, as JSON has none."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = plain_spec(spec)
+
+
+class RealEnv(OneWorldEnv):
     """REAL, one simulation step (5 ms) a call.
 
     Without goals it is the intrinsic phase: 15,000,000 steps, ``goal`` all zeros. With goals every
@@ -59,7 +77,6 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         max_steps: int | None = None,
         render_mode: str | None = None,
     ) -> None:
-        self._spec: EnvSpec | None = None
         loaded = load_scene(scene)
         goal_set = load_goal_set(Path(goals)) if isinstance(goals, str | Path) else goals
         if goal_set is not None:
@@ -117,18 +134,6 @@ class RealEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
     def close(self) -> None:
         """Close the simulation."""
         self._task.close()
-
-    def __copy__(self) -> NoReturn:
-        raise SceneError("one world cannot be behind two objects: make another environment")
-
-    @property
-    def spec(self) -> EnvSpec | None:
-        """What gymnasium made it of; paths are text there, as JSON has none."""
-        return self._spec
-
-    @spec.setter
-    def spec(self, spec: EnvSpec | None) -> None:
-        self._spec = plain_spec(spec)
 
     def _choose_goal(self, options: Mapping[str, Any]) -> Goal | None:
         if self._goal_set is None:

@@ -19,6 +19,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
 from real_bench.experiments.spec import Name, Seed
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.nearest import what_there_is
 from real_bench.sandbox.limits import Limits
 from real_bench.yaml_files import read_mapping
 
@@ -154,4 +155,5 @@ def read_competition(path: Path) -> Competition:
             {"title": path.stem, **values, "folder": path.resolve().parent}
         )
     except ValidationError as error:
-        raise ExperimentError(f"{path} is not valid: {faults(error)}") from error
+        found = faults(error, unknown=what_there_is(Competition, {"folder"}))
+        raise ExperimentError(f"{path} is not valid: {found}") from error

@@ -19,6 +19,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
 from real_bench.files import check_output, write_whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.naming import CONTROLLER_FILE
 from real_bench.nearest import did_you_mean, what_there_is
 from real_bench.source import MANIFEST, ControllerSource
 from real_bench.yaml_files import read_mapping
@@ -225,18 +226,21 @@ class Spec(_Record):
 
     def controller(self, named: str) -> str:
         """A controller as it is found from anywhere: what has a path is relative to the spec."""
-        target, colon, kind = named.partition(":")
-        has_path = target.endswith(".py") or (self.folder / target / MANIFEST).is_file()
-        return f"{self.folder / target}{colon}{kind}" if has_path and target else named
+        if CONTROLLER_FILE.fullmatch(named) or self._submission_folder(named):
+            return str(self.folder / named)
+        return named
 
     def submission_name(self, cell: Cell) -> str:
         """The name of a cell's submission; empty where it is none, or the cell has its own name."""
-        found = self.controller(cell.controller)
-        is_one = (Path(found.partition(":")[0]) / MANIFEST).is_file()
-        if not is_one or cell.label != _short(cell.controller):
+        if not self._submission_folder(cell.controller) or cell.label != _short(cell.controller):
             return ""
-        submission = ControllerSource.of(found).submission
+        submission = ControllerSource.of(self.controller(cell.controller)).submission
         return "" if submission is None else submission.name
+
+    def _submission_folder(self, named: str) -> Path | None:
+        """The folder of a submission, which is named by it or as ``folder:name``; else None."""
+        folders = [self.folder / each for each in (named, named.rpartition(":")[0]) if each]
+        return next((each for each in folders if (each / MANIFEST).is_file()), None)
 
 
 def read_spec(path: Path) -> Spec:

@@ -135,3 +135,13 @@ def test_the_specs_that_ship_have_every_cell_of_the_paper(name: str) -> None:
         assert spec.repeats == 30
         assert not spec.run
     assert published == paper
+
+
+@pytest.mark.parametrize("named", ["agent:v3/mine.py", "agent:v3/mine.py:Mine", "mine.py:Mine"])
+def test_a_controllers_folder_may_have_a_colon(spec: Spec, named: str) -> None:
+    assert spec.controller(named) == f"{spec.folder}/{named}"
+
+
+@pytest.mark.parametrize("named", ["real_d", "package.module:Class"])
+def test_what_has_no_path_is_found_from_anywhere(spec: Spec, named: str) -> None:
+    assert spec.controller(named) == named
