@@ -104,7 +104,9 @@ class ResultChecks:
         except ControllerError:
             if controller is not None:
                 raise
-            self.notes.append(f"controller {quoted(named)} is not here: its hash is not checked")
+            self.notes.append(
+                f"controller {quoted(named)} is not here, its hash is not checked: name it with --controller"
+            )
             return
         if not is_the_one:
             where = self.notes if controller is None else self.faults

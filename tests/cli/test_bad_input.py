@@ -76,7 +76,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "no.such.module:C"), "No module named 'no'"),
         (("--controller", "math:pi"), "is not a class"),
         (("--controller", "real_r", "--condition", "XY"), "unknown condition 'XY': use one of OM"),
-        (("--controller", "reald"), "path/to/file.py[:Class], did you mean real_d?"),
+        (("--controller", "reald"), "a submission's folder, did you mean real_d?"),
         (
             ("--controller", "real_d", "--set", "planner.deph=8"),
             "planner.deph: there is no such name, did you mean planner.depth? (they are, with",

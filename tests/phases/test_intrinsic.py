@@ -7,6 +7,7 @@ import pytest
 
 from real_bench.errors import RealBenchError
 from real_bench.files import OutputError
+from real_bench.naming import shareable_name
 from real_bench.recording import Recording
 from tests.phases.conftest import Play, toy
 
@@ -68,7 +69,7 @@ def test_the_header_says_what_was_played(play: Play) -> None:
     with Recording(play(controller, 1000, objects=3, seed=8)) as recording:
         header = recording.header
     assert (header.condition, header.objects, header.seed) == ("OM", 3, 8)
-    assert header.controller == controller
+    assert header.controller == shareable_name(controller)
     assert len(header.object_names) == 3
     assert len(header.controller_sha256) == 64
 

@@ -97,8 +97,13 @@ def test_what_it_learned_from_is_checked(
 
 
 def test_the_controller_is_checked_and_not_run(
-    honest: Path, make_result: MakeResult, goals_path: Path, tmp_path: Path
+    honest: Path,
+    make_result: MakeResult,
+    goals_path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.chdir(tmp_path)  # a result names no folder
     source = Path(toy("series:Macros").partition(":")[0]).read_text()
     (tmp_path / "mine.py").write_text(source)
     spec = f"{tmp_path / 'mine.py'}:Macros"
