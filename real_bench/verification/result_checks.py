@@ -105,7 +105,8 @@ class ResultChecks:
             if controller is not None:
                 raise
             self.notes.append(
-                f"controller {quoted(named)} is not here, its hash is not checked: name it with --controller"
+                f"controller {quoted(named)} is not here, its hash is not checked: name it with "
+                "--controller"
             )
             return
         if not is_the_one:
