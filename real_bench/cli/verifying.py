@@ -81,12 +81,12 @@ def _keep(verdicts: Sequence[BundleVerdict]) -> None:
     """Keep verdicts on results of a round beside them, for its leaderboard."""
     from datetime import datetime, timezone
 
-    from real_bench.competition.standing import FILE
+    from real_bench.competition.standing import Standing
     from real_bench.competition.verified import Verified
     from real_bench.files import file_sha256
 
     for home in {verdict.bundle.result.parent for verdict in verdicts}:
-        if not (home / FILE).exists():
+        if not (home / Standing.FILE).exists():
             continue
         mine = [verdict for verdict in verdicts if verdict.bundle.result.parent == home]
         if any(verdict.is_undecided for verdict in mine):

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from datetime import datetime, timezone
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from real_bench.competition.packing import EPOCH, pack
+from real_bench.competition.packing import pack, zipped
 from real_bench.competition.spec import MOMENT, Competition, Round
 from real_bench.competition.template import make_template
 from real_bench.errors import ExperimentError
@@ -82,7 +81,7 @@ def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> lis
         RealBenchError: a file of a round cannot be read.
     """
     files = dict(bundle_files(competition, image))
-    write_whole(out, _zipped(files))
+    write_whole(out, zipped(files.items()))
     return list(files)
 
 
@@ -98,8 +97,8 @@ def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, by
     yield "ingestion_program.zip", _program("ingestion.py", "ingest", _INGESTION)
     yield "scoring_program.zip", _program("scoring.py", "score", _SCORING)
     for name in competition.rounds:
-        yield f"input_data_{name}.zip", _zipped(_input_data(competition, name))
-        yield f"reference_data_{name}.zip", _zipped(_reference_data(competition, name))
+        yield f"input_data_{name}.zip", zipped(_input_data(competition, name).items())
+        yield f"reference_data_{name}.zip", zipped(_reference_data(competition, name).items())
     first = next(iter(competition.rounds.values()))
     yield "starting_kit.zip", _starting_kit(first)
 
@@ -240,7 +239,7 @@ def _reference_data(competition: Competition, name: str) -> dict[str, bytes]:
 def _program(file: str, function: str, paths: str) -> bytes:
     code = _PROGRAM.format(function=function)
     metadata = f"command: python3 /app/program/{file} {paths}\n"
-    return _zipped({"metadata.yaml": metadata.encode(), file: code.encode()})
+    return zipped([("metadata.yaml", metadata.encode()), (file, code.encode())])
 
 
 def _starting_kit(first: Round) -> bytes:
@@ -260,15 +259,4 @@ def _logo() -> bytes:
     )
     stream = io.BytesIO()
     picture.save(stream, "png")
-    return stream.getvalue()
-
-
-def _zipped(files: Mapping[str, bytes]) -> bytes:
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in files.items():
-            entry = zipfile.ZipInfo(name, EPOCH)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o644 << 16
-            archive.writestr(entry, content)
     return stream.getvalue()

@@ -11,7 +11,7 @@ from rich import box
 from rich.table import Table
 
 from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
-from real_bench.competition.round_file import FILE, RoundFacts, load_round
+from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.standing import SCORED
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
@@ -51,10 +51,10 @@ def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboar
         ExperimentError: there is none, or of that name.
         RealBenchError: a file cannot be read.
     """
-    if (results / FILE).exists():
+    if (results / RoundFacts.FILE).exists():
         folders = [results]
     else:
-        folders = sorted(path.parent for path in results.glob(f"*/{FILE}"))
+        folders = sorted(path.parent for path in results.glob(f"*/{RoundFacts.FILE}"))
     known = [folder.name for folder in folders]
     if name is not None:
         folders = [folder for folder in folders if folder.name == name]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import shutil
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from real_bench.competition.manifest import is_submission
@@ -32,15 +32,21 @@ def pack(folder: Path, archive: Path) -> list[Path]:
         raise SubmissionError(f"{folder} is no submission: it has no {MANIFEST}")
     files = source.submitted_files()
     _check_size(str(folder), [file.stat().st_size for file in files])
+    contents = ((file.relative_to(source.place).as_posix(), file.read_bytes()) for file in files)
+    write_whole(archive, zipped(contents))
+    return files
+
+
+def zipped(files: Iterable[tuple[str, bytes]]) -> bytes:
+    """An archive of files, by name: the same files give the same bytes."""
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as packed:
-        for file in files:
-            entry = zipfile.ZipInfo(file.relative_to(source.place).as_posix(), EPOCH)
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files:
+            entry = zipfile.ZipInfo(name, EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16
-            packed.writestr(entry, file.read_bytes())
-    write_whole(archive, stream.getvalue())
-    return files
+            archive.writestr(entry, content)
+    return stream.getvalue()
 
 
 def unpack(archive: Path, folder: Path) -> None:

@@ -8,9 +8,10 @@ import sys
 from pathlib import Path
 
 from real_bench.competition.codabench import COLUMNS, GOALS_FILE, ROUND_FILE
+from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
-from real_bench.competition.standing import FILE, SCORED, load_standing
+from real_bench.competition.standing import SCORED, Standing
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.locks import own_folder
@@ -19,7 +20,6 @@ from real_bench.scoring.result import load_result
 from real_bench.verification import ResultVerification
 
 HANDED_IN = "submission"
-DETAILS = "round.json"
 
 
 def ingest(submission: Path, data: Path, output: Path) -> None:
@@ -51,9 +51,9 @@ def ingest(submission: Path, data: Path, output: Path) -> None:
             raise ExperimentError("; ".join(failure.detail for failure in broken.values()))
         home = held.home(entries[0])
         output.mkdir(parents=True, exist_ok=True)
-        for file in (*home.glob("seed*.json"), home / FILE):
+        for file in (*home.glob("seed*.json"), home / Standing.FILE):
             shutil.copy(file, output / file.name)
-        shutil.copy(held.folder / DETAILS, output / DETAILS)
+        shutil.copy(held.folder / RoundFacts.FILE, output / RoundFacts.FILE)
     print(f"{standing.name}: {standing.status}{f', {standing.detail}' if standing.detail else ''}")
 
 
@@ -68,10 +68,10 @@ def score(inputs: Path, output: Path) -> None:
     its round says.
     """
     left, goals = inputs / "res", inputs / "ref" / GOALS_FILE
-    standing = load_standing(left)
+    standing = Standing.load(left)
     if standing is None:
         sys.exit("the ingestion program left no standing")
-    failure = json.loads((left / DETAILS).read_text(encoding="utf-8"))["failure"]
+    failure = load_round(left).failure
     output.mkdir(parents=True, exist_ok=True)
     if standing.status != SCORED:
         message = f"{standing.status}: {standing.detail}"

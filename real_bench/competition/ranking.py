@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from real_bench.competition.standing import SCORED, WAITING, Standing, load_standing
+from real_bench.competition.standing import SCORED, WAITING, Standing
 from real_bench.competition.verified import Verified, load_verified
 from real_bench.errors import ExperimentError
 from real_bench.files import file_sha256
@@ -65,7 +65,7 @@ def read_rows(folder: Path) -> list[Row]:
     """The newest version of each submission in a round's folder; raises RealBenchError."""
     newest: dict[str, Row] = {}
     for home in sorted(path for path in folder.iterdir() if path.is_dir()):
-        standing = load_standing(home)
+        standing = Standing.load(home)
         if standing is None:
             continue
         known = newest.get(standing.key)

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
+from real_bench.competition.kept import KeptRecord
 from real_bench.competition.spec import Competition
-from real_bench.errors import ExperimentError, faults
-from real_bench.files import write_whole
+from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
 
-FILE = "round.json"
 
-
-class RoundFacts(BaseModel):
+class RoundFacts(KeptRecord):
     """A round; see :class:`real_bench.competition.spec.Round`.
 
     Attributes:
@@ -28,7 +23,7 @@ class RoundFacts(BaseModel):
         hidden: whether nothing of the goals may be shown.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    FILE: ClassVar[str] = "round.json"
 
     title: str
     name: str
@@ -72,19 +67,10 @@ class RoundFacts(BaseModel):
             **facts,
         )
 
-    def save(self, folder: Path) -> None:
-        """Keep it in the round's folder; it appears whole."""
-        text = json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False)
-        write_whole(folder / FILE, f"{text}\n".encode())
-
 
 def load_round(folder: Path) -> RoundFacts:
     """What a round's folder says of it; raises ExperimentError."""
-    path = folder / FILE
-    if not path.is_file():
-        raise ExperimentError(f"{folder} holds no round: there is no {FILE}")
-    try:
-        return RoundFacts.model_validate_json(path.read_text(encoding="utf-8"))
-    except (ValidationError, UnicodeDecodeError) as error:
-        reason = faults(error, 3) if isinstance(error, ValidationError) else error
-        raise ExperimentError(f"{path} is damaged: {reason}") from error
+    facts = RoundFacts.load(folder)
+    if facts is None:
+        raise ExperimentError(f"{folder} holds no round: there is no {RoundFacts.FILE}")
+    return facts

@@ -20,7 +20,6 @@ from real_bench.competition.standing import (
     WAITING,
     Failed,
     Standing,
-    load_standing,
 )
 from real_bench.errors import Interrupted
 from real_bench.experiments.job_state import not_of_this, refusal, state_of
@@ -228,14 +227,14 @@ class RoundRun:
         """Make its folder, and keep what it says; what is known of it already stays."""
         home = self.home(entry)
         check_folder(home, make=True)
-        known = load_standing(home)
+        known = Standing.load(home)
         if known is None or entry.folder is None or known.status == REFUSED:
             failures = {} if known is None else known.failures
             if not failures:
                 entry.standing.save(home)
 
     def _standing(self, entry: Entry) -> Standing:
-        return load_standing(self.home(entry)) or entry.standing
+        return Standing.load(self.home(entry)) or entry.standing
 
     def _keep(self, entry: Entry, job: Job, failure: Failure) -> None:
         """Keep what ended a submission's job."""

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from real_bench.errors import ExperimentError, faults
-from real_bench.files import write_whole
-
-FILE = "standing.json"
+from real_bench.competition.kept import KeptRecord
 
 Status = Literal[
     "waiting", "scored", "crashed", "out of time", "out of memory", "broken rule", "refused"
@@ -32,19 +27,17 @@ STATUS_OF: dict[str, Status] = {
 """By the class of the error that ended a job. Any other error is no fault of the submission."""
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Failed(_Record):
+class Failed(BaseModel):
     """What ended a job: the status that it gives, in a line, and how long it took."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     status: Status
     detail: str
     seconds: float = 0.0
 
 
-class Standing(_Record):
+class Standing(KeptRecord):
     """A version of a submission in a round.
 
     Attributes:
@@ -58,6 +51,8 @@ class Standing(_Record):
         seconds: that its tests took, and what failed.
     """
 
+    FILE: ClassVar[str] = "standing.json"
+
     key: str
     name: str
     authors: tuple[str, ...]
@@ -66,7 +61,7 @@ class Standing(_Record):
     date: str
     status: Status
     detail: str = ""
-    failures: dict[str, Failed] = {}
+    failures: dict[str, Failed] = Field(default_factory=dict)
     seconds: float = 0.0
 
     def with_failure(self, job: str, failed: Failed) -> Standing:
@@ -77,21 +72,3 @@ class Standing(_Record):
         detail = {"status": first.status, "detail": first.detail, "seconds": seconds}
         changes = {"failures": failures, **detail}
         return self.model_copy(update=changes)
-
-    def save(self, home: Path) -> None:
-        """Keep it in its folder; it appears whole."""
-        text = json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False)
-        write_whole(home / FILE, f"{text}\n".encode())
-
-
-def load_standing(home: Path) -> Standing | None:
-    """What is kept in a folder; None where nothing is. Raises ExperimentError."""
-    path = home / FILE
-    if not path.exists():
-        return None
-    try:
-        return Standing.model_validate_json(path.read_text(encoding="utf-8"))
-    except ValidationError as error:
-        raise ExperimentError(f"{path} is damaged: {faults(error, 3)}") from error
-    except UnicodeDecodeError as error:
-        raise ExperimentError(f"{path} is damaged: {error}") from error

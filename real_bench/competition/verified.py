@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import ClassVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
-from real_bench.errors import ExperimentError, faults
-from real_bench.files import write_whole
-
-FILE = "verified.json"
+from real_bench.competition.kept import KeptRecord
 
 
-class Verified(BaseModel):
+class Verified(KeptRecord):
     """A verdict on results.
 
     Attributes:
@@ -24,27 +19,15 @@ class Verified(BaseModel):
         date: when.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    FILE: ClassVar[str] = "verified.json"
 
     results: tuple[str, ...]
     holds: bool
     detail: str
     date: str
 
-    def save(self, home: Path) -> None:
-        """Keep it; it appears whole."""
-        text = json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False)
-        write_whole(home / FILE, f"{text}\n".encode())
-
 
 def load_verified(home: Path, results: Sequence[str]) -> Verified | None:
     """What is known of results of these hashes; None where nothing is."""
-    path = home / FILE
-    if not path.exists():
-        return None
-    try:
-        verified = Verified.model_validate_json(path.read_text(encoding="utf-8"))
-    except (ValidationError, UnicodeDecodeError) as error:
-        detail = faults(error, 3) if isinstance(error, ValidationError) else error
-        raise ExperimentError(f"{path} is damaged: {detail}") from error
-    return verified if set(results) <= set(verified.results) else None
+    verified = Verified.load(home)
+    return verified if verified and set(results) <= set(verified.results) else None

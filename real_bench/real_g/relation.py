@@ -38,9 +38,9 @@ class Relation:
             numbers: the actions', (n, P).
         """
         deed, angle = self.deed, self.angle(numbers)
-        offset = turned(numbers[:, deed.start] - rows[:, :2], -angle)
+        told = self.told(rows, numbers)
+        offset, others = told[:, deed.start], told[:, self._others]
         way = self.way(numbers)
-        others = self.told(rows, numbers)[:, self._others]
         parts = [
             offset,
             np.arcsinh(offset / self._fine),

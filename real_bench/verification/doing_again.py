@@ -161,8 +161,9 @@ class _Tests:
 
 
 def _goal_set(result: Result, goals: Path | None) -> GoalSet:
-    goal_set = load_goal_set(goals or shipped_goal_set(result.setting.objects))
-    if goal_set.sha256 != result.setting.goals_sha256:
+    setting = result.setting
+    goal_set = load_goal_set(goals or shipped_goal_set(setting.objects, setting.scene))
+    if goal_set.sha256 != setting.goals_sha256:
         raise ResultError("it is of other goals")
     return goal_set
 

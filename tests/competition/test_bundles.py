@@ -6,14 +6,21 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
 import pytest
 
-from real_bench.goal_sets import generate_goal_set, save_goal_set
+from real_bench.goal_sets import (
+    generate_goal_set,
+    load_goal_set,
+    save_goal_set,
+    shipped_goal_set,
+)
 from real_bench.scoring.result_file import sealed
 from real_bench.simulation import Scene
+from real_bench.verification import doing_again
 from tests.cli.shell import realbench
 from tests.competition.five import rounds, submission
 
@@ -249,3 +256,11 @@ def test_options_that_mean_nothing_are_refused(bundle: Bundle) -> None:
     assert "--run is not for a folder" in done.stderr
     done = realbench(place, "verify", "submission", code=1)
     assert "no result found in submission" in done.stderr
+
+
+@pytest.mark.parametrize("scene", ["builtin", "official"])
+def test_goals_that_nobody_named_are_those_shipped_for_its_scene(scene: str) -> None:
+    goals = load_goal_set(shipped_goal_set(1, scene))
+    setting = SimpleNamespace(objects=1, scene=scene, goals_sha256=goals.sha256)
+    result = SimpleNamespace(setting=setting)
+    assert doing_again._goal_set(result, None).sha256 == goals.sha256  # type: ignore[arg-type]
