@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from real_bench.conditions import Condition
-from real_bench.errors import RealBenchError, SubmissionError, faults
+from real_bench.errors import SubmissionError, faults
+from real_bench.fields import ConditionName
 from real_bench.source import MANIFEST
 from real_bench.yaml_files import read_mapping
 
@@ -42,7 +42,7 @@ class Submission(BaseModel):
     name: Text
     authors: Annotated[tuple[Text, ...], Field(min_length=1, max_length=50)]
     entry: str
-    condition: str = "IM"
+    condition: ConditionName = "IM"
     settings: dict[str, Any] = Field(default_factory=dict)
     requirements: Annotated[tuple[str, ...], Field(max_length=50)] = ()
     description: Annotated[str, Field(max_length=500)] = ""
@@ -68,14 +68,6 @@ class Submission(BaseModel):
         if not _ENTRY.fullmatch(entry):
             raise ValueError("name a file at the top of the folder: controller.py[:Class]")
         return entry
-
-    @field_validator("condition")
-    @classmethod
-    def _condition_exists(cls, name: str) -> str:
-        try:
-            return Condition.parse(name).name
-        except RealBenchError as error:
-            raise ValueError(str(error)) from error
 
     @field_validator("requirements")
     @classmethod

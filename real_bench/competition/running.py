@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,19 +20,15 @@ from real_bench.competition.standing import (
     Failed,
     Standing,
 )
-from real_bench.errors import Interrupted
 from real_bench.experiments.job_state import not_of_this, refusal, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
-from real_bench.experiments.process import Processes
-from real_bench.experiments.scheduler import ExperimentProgress, Failure, JobScheduler
+from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
 from real_bench.files import check_folder
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.locks import write_lock
 from real_bench.recording import Recording
 from real_bench.simulation import Scene, load_scene
-
-Update = Callable[[ExperimentProgress], None]
 
 
 @dataclass(frozen=True)
@@ -78,9 +73,7 @@ class RoundRun:
             RealBenchError: scene, goals or recordings are not, or there is no submission.
         """
         self._goals.check_fits(self._scene, self.round.objects)
-        for recording in self.competition.recordings(self.name):
-            with Recording(recording):
-                pass
+        _ = self._given  # whether they can be read
         self._facts().save(self.folder)
         entries = read_entries(
             self.submissions, self.competition.results_folder, self.round.condition
@@ -130,7 +123,7 @@ class RoundRun:
         return PendingJobs(tuple(plays), tuple(scorings))
 
     def make(
-        self, entries: Sequence[Entry], work: PendingJobs, update: Update
+        self, entries: Sequence[Entry], work: PendingJobs, update: OnProgress
     ) -> dict[str, Failure]:
         """Have it done; gives what failed by no fault of a submission, by name of the job.
 
@@ -150,12 +143,8 @@ class RoundRun:
             if failure.kind in STATUS_OF:
                 self._keep(whose[job.name], job, failure)
 
-        try:
-            failures = self._scheduler().do(work, update, keep)
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                "stopped; what is finished is kept: repeat the command to go on"
-            ) from error
+        workplace = Workplace(self.folder, self.n_at_once, self.scheduler)
+        failures = workplace.do(work, update, keep)
         blamed = {name for name, failure in failures.items() if failure.kind in STATUS_OF}
         waited = {job.name for job in work.scorings if job.play in blamed}
         return {name: each for name, each in failures.items() if name not in blamed | waited}
@@ -183,32 +172,34 @@ class RoundRun:
     def jobs(self, entry: Entry) -> list[tuple[PlayJob | None, ScoringJob]]:
         """What a submission goes through: a play, where it plays, and a test, each repeat."""
         this_round = self.round
-        given = self.competition.recordings(self.name)
+        given = self._given
         pairs: list[tuple[PlayJob | None, ScoringJob]] = []
         for number, seed in enumerate(this_round.seeds):
             play = None
             if this_round.play == "own":
                 play = PlayJob(
-                    **self._told(entry, seed, f"{entry.standing.key}-play{seed}", f"seed{seed}.h5"),
+                    **self._shared(
+                        entry, seed, f"{entry.standing.key}-play{seed}", f"seed{seed}.h5"
+                    ),
                     steps=this_round.steps,
                     images=None,
                 )
-            run = play.out if play else given[number] if given else None
+            run, length = (play.out, play.steps) if play else given[number] if given else (None, 0)
             scoring = ScoringJob(
-                **self._told(entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"),
+                **self._shared(entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"),
                 trial_steps=this_round.trial_steps,
                 goals=self.competition.goals(self.name),
                 n_goals=len(self._goals),
                 goals_sha256=self._goals.sha256,
                 run=run,
-                run_steps=play.steps if play else _length(run),
+                run_steps=length,
                 play=play.name if play else None,
             )
             pairs.append((play, scoring))
         return pairs
 
-    def _told(self, entry: Entry, seed: int, name: str, file: str) -> dict[str, Any]:
-        """What a play and a test are told alike."""
+    def _shared(self, entry: Entry, seed: int, name: str, file: str) -> dict[str, Any]:
+        """What a play and a test have in common."""
         return {
             "name": name,
             "controller": str(entry.folder),
@@ -253,6 +244,11 @@ class RoundRun:
         return RoundFacts.of(self.competition, self.name, self._goals)
 
     @cached_property
+    def _given(self) -> list[tuple[Path, int]]:
+        """The recordings to learn from, where they are given, and how many steps each has."""
+        return [(path, _length(path)) for path in self.competition.recordings(self.name)]
+
+    @cached_property
     def _goals(self) -> GoalSet:
         return load_goal_set(self.competition.goals(self.name))
 
@@ -260,18 +256,7 @@ class RoundRun:
     def _scene(self) -> Scene:
         return load_scene(self.competition.scene_source)
 
-    def _scheduler(self) -> JobScheduler:
-        """Who does the jobs: processes here, or a cluster."""
-        if self.scheduler is None:
-            n_at_once = self.n_at_once or os.cpu_count() or 1
-            return JobScheduler(Processes(self.folder / "logs"), n_at_once)
-        from real_bench.experiments.cluster import AT_ONCE, Cluster
 
-        return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)
-
-
-def _length(run: Path | None) -> int:
-    if run is None:
-        return 0
+def _length(run: Path) -> int:
     with Recording(run) as recording:
         return recording.n_steps

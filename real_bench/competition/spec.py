@@ -7,17 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     field_validator,
     model_validator,
 )
 
-from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, RealBenchError, faults
-from real_bench.experiments.spec import Name, Seed
+from real_bench.fields import ConditionName, Described, Name, Record, Seed, Steps
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.nearest import what_there_is
 from real_bench.sandbox.limits import Limits
@@ -25,14 +22,8 @@ from real_bench.yaml_files import read_mapping
 
 MOMENT = "%Y-%m-%d %H:%M:%S"
 
-Steps = Annotated[int, Field(ge=1, lt=2**63)]
 
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Round(_Record):
+class Round(Record):
     """A round: what every submission has to go through.
 
     Attributes:
@@ -52,7 +43,7 @@ class Round(_Record):
         start, end: when a platform takes submissions, as in ``2027-01-31 12:00:00`` (UTC).
     """
 
-    condition: str = "IM"
+    condition: ConditionName = "IM"
     objects: Annotated[int, Field(ge=1)] = 1
     goals: str
     released: bool = False
@@ -68,14 +59,6 @@ class Round(_Record):
     ties: Literal["paired", "none"] = "paired"
     start: str = ""
     end: str = ""
-
-    @field_validator("condition")
-    @classmethod
-    def _condition_exists(cls, name: str) -> str:
-        try:
-            return Condition.parse(name).name
-        except RealBenchError as error:
-            raise ValueError(str(error)) from error
 
     @field_validator("start", "end")
     @classmethod
@@ -111,7 +94,7 @@ class Round(_Record):
         return range(self.seed, self.seed + (len(self.recordings) or self.repeats))
 
 
-class Competition(_Record):
+class Competition(Described):
     """Rounds, and where they are held.
 
     Attributes:
@@ -122,21 +105,14 @@ class Competition(_Record):
         rounds: by name, in their order.
     """
 
-    folder: Path
-    title: str
-    scene: str = "official"
     results: Path = Path("results")
+    scene: str = "official"
     rounds: Annotated[dict[Name, Round], Field(min_length=1)]
 
     @property
     def scene_source(self) -> str:
         """What the scene is found by, from anywhere."""
-        return str(self.folder / self.scene) if self.scene.endswith(".yaml") else self.scene
-
-    @property
-    def results_folder(self) -> Path:
-        """Where everything lies that comes of it."""
-        return self.folder / self.results
+        return self.scene_found_by(self.scene)
 
     def goals(self, name: str) -> Path:
         """The goal set of a round."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from real_bench.errors import ExperimentError, Interrupted
+from real_bench.errors import ExperimentError
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
-from real_bench.experiments.scheduler import ExperimentProgress, Failure, JobScheduler
+from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
 from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.spec import Spec
 from real_bench.files import OutputError
@@ -22,8 +21,6 @@ from real_bench.simulation import load_scene
 from real_bench.source import ControllerSource
 
 log = logging.getLogger(__name__)
-
-Update = Callable[[ExperimentProgress], None]
 
 
 @dataclass(frozen=True)
@@ -87,18 +84,14 @@ class Experiment:
             reason = str(error).removeprefix(f"{check.name}: ")
             raise ExperimentError(f"before any work: {reason}") from error
 
-    def make(self, work: PendingJobs, update: Update) -> dict[str, Failure]:
+    def make(self, work: PendingJobs, update: OnProgress) -> dict[str, Failure]:
         """Have it done; gives why jobs were not, by name.
 
         Raises:
             Interrupted: the user stopped it.
         """
-        try:
-            return self._scheduler().do(work, update)
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                "stopped; what is finished is kept: repeat the command to go on"
-            ) from error
+        workplace = Workplace(self.spec.results_folder, self.n_at_once, self.scheduler)
+        return workplace.do(work, update)
 
     def rows(self) -> list[Row]:
         """The table, as far as it is made; raises ExperimentError."""
@@ -131,15 +124,6 @@ class Experiment:
         goals = {(name, cell.objects) for cell in spec.cells for name in spec.goal_names(cell)}
         for name, objects in sorted(goals):
             load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
-
-    def _scheduler(self) -> JobScheduler:
-        """Who does the jobs: processes here, or a cluster."""
-        if self.scheduler is None:
-            n_at_once = self.n_at_once or os.cpu_count() or 1
-            return JobScheduler(Processes(self.spec.results_folder / "logs"), n_at_once)
-        from real_bench.experiments.cluster import AT_ONCE, Cluster
-
-        return JobScheduler(Cluster(self.scheduler), self.n_at_once or AT_ONCE)
 
 
 def _ignored(done: int, busy: str = "") -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
+from real_bench.errors import Interrupted
 from real_bench.experiments.jobs import Job, OnSteps
 from real_bench.experiments.plan import PendingJobs
-from real_bench.experiments.process import JobFailedError, WorkerLostError
+from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
 
 ATTEMPTS = 3
 SECONDS_BETWEEN_UPDATES = 0.5
@@ -76,6 +79,14 @@ class ExperimentProgress:
     waits_for: str
 
 
+OnProgress = Callable[[ExperimentProgress], None]
+"""Told from time to time how far jobs have come."""
+
+
+def _ignored(job: Job, failure: Failure) -> None:
+    """Nobody is told."""
+
+
 class JobScheduler:
     """Does the work of an experiment.
 
@@ -90,8 +101,8 @@ class JobScheduler:
     def do(
         self,
         work: PendingJobs,
-        update: Callable[[ExperimentProgress], None],
-        on_failure: OnFailure = lambda job, failure: None,
+        update: OnProgress,
+        on_failure: OnFailure = _ignored,
     ) -> dict[str, Failure]:
         """Do all that can be done.
 
@@ -114,7 +125,7 @@ class JobScheduler:
                     done, _ = wait(running, SECONDS_BETWEEN_UPDATES, FIRST_COMPLETED)
                     for future in done:
                         shift.end(running.pop(future), future.exception())
-                    names = [shift.detail(job) for job in running.values()]
+                    names = [shift.label(job) for job in running.values()]
                     update(shift.progress(names, self._workplace.waits_for() if names else ""))
             except BaseException:
                 self._workplace.stop()
@@ -128,6 +139,45 @@ class JobScheduler:
             except WorkerLostError:
                 if attempt == ATTEMPTS:
                     raise
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """Where jobs are to be done: in processes of this machine, or on a cluster.
+
+    Attributes:
+        folder: of the results; processes here have their logs in it.
+        n_at_once: how many jobs at once; as many as there are cores, or as a cluster takes, where
+            None.
+        address: of a Dask scheduler; processes of this machine where None.
+    """
+
+    folder: Path
+    n_at_once: int | None
+    address: str | None
+
+    def do(
+        self, work: PendingJobs, update: OnProgress, on_failure: OnFailure = _ignored
+    ) -> dict[str, Failure]:
+        """Do all that can be done; gives why jobs were not, by name.
+
+        Raises:
+            Interrupted: the user stopped it.
+        """
+        try:
+            return self._scheduler().do(work, update, on_failure)
+        except KeyboardInterrupt as error:
+            raise Interrupted(
+                "stopped; what is finished is kept: repeat the command to go on"
+            ) from error
+
+    def _scheduler(self) -> JobScheduler:
+        if self.address is None:
+            here = Processes(self.folder / "logs")
+            return JobScheduler(here, self.n_at_once or os.cpu_count() or 1)
+        from real_bench.experiments.cluster import AT_ONCE, Cluster
+
+        return JobScheduler(Cluster(self.address), self.n_at_once or AT_ONCE)
 
 
 class _Shift:
@@ -154,7 +204,7 @@ class _Shift:
 
         return report
 
-    def detail(self, job: Job) -> str:
+    def label(self, job: Job) -> str:
         """A job's name, and what its controller is busy with where it has been for a while."""
         busy = self._busy.get(job.name)
         return f"{job.name} ({busy})" if busy else job.name

@@ -7,16 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
-    field_validator,
     model_validator,
 )
 
 from real_bench.conditions import Condition
-from real_bench.errors import ExperimentError, RealBenchError, faults
+from real_bench.errors import ExperimentError, faults
+from real_bench.fields import ConditionName, Described, Name, Record, Seed, Steps
 from real_bench.files import check_output, write_whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.naming import CONTROLLER_FILE
@@ -28,16 +26,8 @@ TEMPLATE = Path(__file__).with_name("template.yaml")
 
 OWN, NONE, SHIPPED = "own", "none", "shipped"
 
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.,+-]*$")]
-"""Becomes part of file names."""
 
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Published(_Record):
+class Published(Record):
     """A score as somebody published it.
 
     Attributes:
@@ -51,20 +41,12 @@ class Published(_Record):
     repeats: Annotated[int, Field(ge=1)] | None = None
 
 
-class _Played(_Record):
+class _Played(Record):
     """Who plays, or is tested, and under which condition."""
 
     controller: str
-    condition: str
+    condition: ConditionName
     settings: dict[str, Any] = Field(default_factory=dict)
-
-    @field_validator("condition")
-    @classmethod
-    def _condition_exists(cls, name: str) -> str:
-        try:
-            return Condition.parse(name).name
-        except RealBenchError as error:
-            raise ValueError(str(error)) from error
 
 
 class Play(_Played):
@@ -78,7 +60,7 @@ class Play(_Played):
     images: bool | None = None
 
 
-class DrawnGoals(_Record):
+class DrawnGoals(Record):
     """Goals to be drawn.
 
     Attributes:
@@ -129,7 +111,11 @@ class Cell(_Played):
         return plain if self.name == plain + ending else self.name.removesuffix(ending)
 
 
-class Spec(_Record):
+def _shipped() -> dict[str, DrawnGoals | str]:
+    return {SHIPPED: SHIPPED}
+
+
+class Spec(Described):
     """An experiment.
 
     Attributes:
@@ -147,16 +133,13 @@ class Spec(_Record):
         cells: of the table, in its order.
     """
 
-    folder: Path
-    title: str
-    results: Path
     run: bool = True
     scene: str = "official"
-    steps: Annotated[int, Field(ge=1, lt=2**63)] = INTRINSIC_STEPS
-    trial_steps: Annotated[int, Field(ge=1, lt=2**63)] = TRIAL_STEPS
+    steps: Steps = INTRINSIC_STEPS
+    trial_steps: Steps = TRIAL_STEPS
     repeats: Annotated[int, Field(ge=1)] = 1
     seed: Seed = 0
-    goals: dict[Name, DrawnGoals | str] = {SHIPPED: SHIPPED}
+    goals: dict[Name, DrawnGoals | str] = Field(default_factory=_shipped)
     plays: dict[Name, Play] = Field(default_factory=dict)
     cells: Annotated[tuple[Cell, ...], Field(min_length=1)]
 
@@ -187,12 +170,7 @@ class Spec(_Record):
     @property
     def scene_source(self) -> str:
         """What the scene is found by, from anywhere."""
-        return str(self.folder / self.scene) if self.scene.endswith(".yaml") else self.scene
-
-    @property
-    def results_folder(self) -> Path:
-        """Where recordings and results lie."""
-        return self.folder / self.results
+        return self.scene_found_by(self.scene)
 
     def seeds(self, cell: Cell) -> range:
         """The seed of each repeat of a cell."""

@@ -1,0 +1,55 @@
+"""What files that users write have in common: kinds of values, and where their paths lead."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from real_bench.conditions import Condition
+from real_bench.errors import RealBenchError
+
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+Steps = Annotated[int, Field(ge=1, lt=2**63)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.,+-]*$")]
+"""Becomes part of file names."""
+
+
+def _condition(name: str) -> str:
+    try:
+        return Condition.parse(name).name
+    except RealBenchError as error:
+        raise ValueError(str(error)) from error
+
+
+ConditionName = Annotated[str, AfterValidator(_condition)]
+
+
+class Record(BaseModel):
+    """A part of such a file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Described(Record):
+    """The whole of such a file, which says what is to be made, and where.
+
+    Attributes:
+        folder: of the file; paths in it are relative to this.
+        title: above what comes of it.
+        results: folder of all that comes of it.
+    """
+
+    folder: Path
+    title: str
+    results: Path
+
+    @property
+    def results_folder(self) -> Path:
+        """Where everything lies that comes of it."""
+        return self.folder / self.results
+
+    def scene_found_by(self, scene: str) -> str:
+        """What a scene, a name or a manifest, is found by, from anywhere."""
+        return str(self.folder / scene) if scene.endswith(".yaml") else scene
