@@ -65,11 +65,14 @@ class Experiment:
     def check(self, work: PendingJobs) -> None:
         """Have every controller play a few steps before any work is done.
 
-        In a process of its own: a controller may end the one that it is in.
+        In a process of its own: a controller may end the one that it is in. Isolated controllers
+        are left out: they are other people's, and one that fails must not stop the rest.
 
         Raises:
             ExperimentError: something cannot be done, and why.
         """
+        if self.isolate:
+            return
         processes = Processes(self.spec.results_folder / "logs")
         check = work.check
         try:

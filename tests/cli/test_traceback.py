@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -30,15 +31,14 @@ def place(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("isolation", ["--no-isolate", "--isolate"])
 def test_a_helper_beside_the_controller_is_named(place: Path, isolation: str) -> None:
-    told = realbench(place, *PLAY, "--controller", "beside/mine.py", isolation, code=1).stderr
+    told = realbench(place, *PLAY, "--controller", "beside/mine.py", isolation, code=4).stderr
     assert "beside/beside.py, line 2: ZeroDivisionError" in told
     assert "Traceback" not in told
 
 
 def test_a_helper_elsewhere_is_named_beside_its_caller(place: Path) -> None:
-    last = realbench(place, *PLAY, "--controller", "faraway/mine.py", code=1).stderr.splitlines()[
-        -1
-    ]
+    told = realbench(place, *PLAY, "--controller", "faraway/mine.py", code=4).stderr
+    last = told.splitlines()[-1]
     assert "faraway/mine.py, line 5: ZeroDivisionError: division by zero" in last
     assert f"(raised at {place}/library/faraway.py, line 2)" in last
 
@@ -46,7 +46,7 @@ def test_a_helper_elsewhere_is_named_beside_its_caller(place: Path) -> None:
 @pytest.mark.parametrize("isolation", ["--no-isolate", "--isolate"])
 def test_the_whole_way_to_an_error(place: Path, isolation: str) -> None:
     play = (*PLAY, "--controller", "beside/mine.py", isolation, "--traceback")
-    lines = realbench(place, *play, code=1).stderr.splitlines()
+    lines = realbench(place, *play, code=4).stderr.splitlines()
     assert any("beside/mine.py" in line and "line 5" in line for line in lines)
     assert any("beside/beside.py" in line and "line 2" in line for line in lines)
     assert lines[-1].startswith("realbench: error: controller beside/mine.py: next_action() failed")
@@ -58,9 +58,10 @@ def test_the_way_to_an_error_in_another_process(place: Path) -> None:
     realbench(
         place, "goals", "generate", "--scene", "builtin", "--2d", "2", "--25d", "0", "--3d", "0"
     )
-    told = realbench(place, *test, "--goals", "goals.npy", "--traceback", code=1).stderr
+    told = realbench(place, *test, "--goals", "goals.npy", "--traceback", code=4).stderr
     assert 'beside/beside.py", line 2' in told
-    assert told.splitlines()[-1].startswith("realbench: error: controller beside/mine.py")
+    last = told.splitlines()[-1]
+    assert re.match(r"realbench: error: goal \d: controller beside/mine.py: next_action", last)
 
 
 def test_an_error_without_a_controller_has_a_traceback_where_it_is_asked_for(place: Path) -> None:

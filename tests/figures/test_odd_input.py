@@ -33,9 +33,11 @@ def test_all_is_drawn_where_all_is_there(material: FigureData) -> None:
     assert drawn(FigureData(only(material, "pushed").plays, material.tested)) == ALL
 
 
-@pytest.mark.parametrize("name", ["one", "two"])
-def test_without_images_positions_are_drawn(material: FigureData, name: str) -> None:
-    assert drawn(only(material, name)) == ALL - LATENT - SCORES
+@pytest.mark.parametrize(("name", "silent"), [("one", set()), ("two", {"logged"})])
+def test_without_images_positions_are_drawn(
+    material: FigureData, name: str, silent: set[str]
+) -> None:
+    assert drawn(only(material, name)) == ALL - LATENT - SCORES - silent
 
 
 def test_where_nothing_moved_no_lengths_are_drawn(material: FigureData) -> None:

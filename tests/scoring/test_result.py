@@ -317,7 +317,9 @@ def test_every_kept_result_has_its_score() -> None:
     kept = {path: each for path, each in told.items() if each.get("format") == "realbench-result"}
     assert len(kept) > 100
     for path, content in kept.items():
-        assert load_result(path).score == pytest.approx(content["summary"][-1]["score"], abs=1e-12)
+        score = load_result(path).score
+        if content["version"] < 3:  # later ones keep facts alone
+            assert score == pytest.approx(content["summary"][-1]["score"], abs=1e-12)
 
 
 @pytest.mark.parametrize("version", [1, 2])
