@@ -10,21 +10,16 @@ from functools import cached_property
 from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
 from real_bench.naming import CONTROLLER_FILE, shareable_name
 from real_bench.nearest import did_you_mean
-
-if TYPE_CHECKING:
-    from real_bench.competition.manifest import Submission
+from real_bench.submissions import MANIFEST, Submission, find_submission, read_submission
 
 GROUP = "real_bench.controllers"
 OURS = "real_bench.controllers"
-
-MANIFEST = "submission.yaml"
-"""The file by which a folder is a submission."""
 
 CODE = frozenset({".py", ".so", ".pyd", ".pyx"})
 MOST_ENTRIES = 20_000
@@ -65,8 +60,6 @@ class ControllerSource:
                 raise ControllerError(f"controller file not found: {file}")
             return cls(spec, file.resolve(), "", found["name"] or "")
         if (folder := submission_folder(spec)) is not None:
-            from real_bench.competition.manifest import read_submission
-
             submission = read_submission(folder)
             return cls(spec, submission.file, "", submission.class_name, submission)
         module, _, class_name = spec.rpartition(":")
@@ -119,7 +112,7 @@ class ControllerSource:
 
     def submitted_files(self) -> list[Path]:
         """Every file in its place that is not the benchmark's; raises ControllerError."""
-        from real_bench.sandbox.benchmark_files import is_ours
+        from real_bench.benchmark_files import is_ours  # loads h5py and more
 
         return sorted(file for file in self.files() if not is_ours(file))
 
@@ -194,12 +187,11 @@ def submission_folder(spec: str) -> Path | None:
     """
     if CONTROLLER_FILE.fullmatch(spec):
         return None
-    named = [Path(name) for name in (spec, spec.rpartition(":")[0]) if name]
-    found = [folder for folder in named if (folder / MANIFEST).is_file()]
+    found = find_submission(spec)
     if not (found or Path(spec).exists()) or is_installed(spec):
         return None
     if found:
-        return found[0]
+        return found
     if spec.endswith(".zip"):
         raise ControllerError(f"{spec} is packed: unpack it, and name the folder")
     if Path(spec).is_dir():

@@ -24,6 +24,7 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
         ResultError: there is none.
     """
     from real_bench.cli.progress import ProgressDisplay
+    from real_bench.competition.verified import keep_verdicts
     from real_bench.errors import ResultError
     from real_bench.verification import BundleVerification, bundles_in
 
@@ -35,7 +36,7 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
         for number, bundle in enumerate(bundles):
             display.update(number, _name(bundle.result, folder))
             verdicts.append(BundleVerification(bundle, **wanted).verify())
-    _keep(verdicts)
+    keep_verdicts(verdicts)
     if as_json:
         say(json.dumps([verdict.to_json() for verdict in verdicts]))
     else:
@@ -75,26 +76,3 @@ def _word(verdict: BundleVerdict) -> str:
 
 def _name(result: Path, folder: Path) -> str:
     return str(result.relative_to(folder))
-
-
-def _keep(verdicts: Sequence[BundleVerdict]) -> None:
-    """Keep verdicts on results of a round beside them, for its leaderboard."""
-    from datetime import datetime, timezone
-
-    from real_bench.competition.standing import Standing
-    from real_bench.competition.verified import Verified
-    from real_bench.files import file_sha256
-
-    for home in {verdict.bundle.result.parent for verdict in verdicts}:
-        if not (home / Standing.FILE).exists():
-            continue
-        mine = [verdict for verdict in verdicts if verdict.bundle.result.parent == home]
-        if any(verdict.is_undecided for verdict in mine):
-            continue
-        worst = next((verdict for verdict in mine if not verdict.holds), mine[0])
-        Verified(
-            results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
-            holds=worst.holds,
-            detail=worst.detail,
-            date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        ).save(home)

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from real_bench.competition.manifest import Submission, read_submission
-from real_bench.competition.requirements import packages_of
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
 from real_bench.phases.checking import ControllerCheck, Finding
 from real_bench.sandbox import Limits, SandboxBackend
 from real_bench.simulation import load_scene
 from real_bench.source import ControllerSource
+from real_bench.submissions import Submission, read_submission
+from real_bench.submissions.requirements import packages_of
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
-from real_bench.competition.manifest import is_submission
 from real_bench.errors import SubmissionError
 from real_bench.files import write_whole
-from real_bench.source import MANIFEST, ControllerSource
+from real_bench.source import ControllerSource
+from real_bench.submissions import MANIFEST, is_submission
 
 LARGEST_BYTES = 4 * 2**30
 MOST_FILES = 10_000

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from real_bench.competition.manifest import read_submission
 from real_bench.errors import SubmissionError
 from real_bench.files import check_folder, write_whole
-from real_bench.source import MANIFEST
+from real_bench.submissions import MANIFEST, read_submission
 
 _MANIFEST = """\
 # What the organisers and the leaderboard are told.

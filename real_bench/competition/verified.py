@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import ClassVar
 
 from real_bench.competition.kept import KeptRecord
+from real_bench.competition.standing import Standing
+from real_bench.files import file_sha256
+from real_bench.verification import BundleVerdict
 
 
 class Verified(KeptRecord):
@@ -31,3 +35,21 @@ def load_verified(home: Path, results: Sequence[str]) -> Verified | None:
     """What is known of results of these hashes; None where nothing is."""
     verified = Verified.load(home)
     return verified if verified and set(results) <= set(verified.results) else None
+
+
+def keep_verdicts(verdicts: Sequence[BundleVerdict]) -> None:
+    """Keep verdicts on a round's results beside them, for its leaderboard.
+
+    A submission is verified where all its results are; nothing is kept where one is undecided.
+    """
+    for home in {verdict.bundle.result.parent for verdict in verdicts}:
+        mine = [verdict for verdict in verdicts if verdict.bundle.result.parent == home]
+        if not (home / Standing.FILE).exists() or any(each.is_undecided for each in mine):
+            continue
+        worst = next((verdict for verdict in mine if not verdict.holds), mine[0])
+        Verified(
+            results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
+            holds=worst.holds,
+            detail=worst.detail,
+            date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
+        ).save(home)

@@ -19,7 +19,8 @@ from real_bench.files import check_output, write_whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.naming import CONTROLLER_FILE
 from real_bench.nearest import did_you_mean, what_there_is
-from real_bench.source import MANIFEST, ControllerSource
+from real_bench.source import ControllerSource
+from real_bench.submissions import find_submission
 from real_bench.yaml_files import read_mapping
 
 TEMPLATE = Path(__file__).with_name("template.yaml")
@@ -204,21 +205,17 @@ class Spec(Described):
 
     def controller(self, named: str) -> str:
         """A controller as it is found from anywhere: what has a path is relative to the spec."""
-        if CONTROLLER_FILE.fullmatch(named) or self._submission_folder(named):
+        if CONTROLLER_FILE.fullmatch(named) or find_submission(named, self.folder):
             return str(self.folder / named)
         return named
 
     def submission_name(self, cell: Cell) -> str:
         """The name of a cell's submission; empty where it is none, or the cell has its own name."""
-        if not self._submission_folder(cell.controller) or cell.label != _short(cell.controller):
+        found = find_submission(cell.controller, self.folder)
+        if found is None or cell.label != _short(cell.controller):
             return ""
         submission = ControllerSource.of(self.controller(cell.controller)).submission
         return "" if submission is None else submission.name
-
-    def _submission_folder(self, named: str) -> Path | None:
-        """The folder of a submission, which is named by it or as ``folder:name``; else None."""
-        folders = [self.folder / each for each in (named, named.rpartition(":")[0]) if each]
-        return next((each for each in folders if (each / MANIFEST).is_file()), None)
 
 
 def read_spec(path: Path) -> Spec:

@@ -31,6 +31,7 @@ from real_bench.phases.proxy import NO_FILES, Identity, Terms, fault
 from real_bench.recording import ControllerState, Experience
 from real_bench.settings import check_settings, merged, settings_in_full
 from real_bench.source import ControllerSource
+from real_bench.submissions.requirements import packages_of
 
 OFFICIAL_HOOKS = frozenset(
     f"{when}_{phase}"
@@ -69,8 +70,6 @@ def _loaded(spec: str) -> tuple[type[Any], ControllerSource]:
     """A controller's class, and its source; its packages are there before it is imported."""
     source = ControllerSource.of(spec)
     if source.submission is not None:
-        from real_bench.competition.requirements import packages_of
-
         packages = packages_of(source.submission)
         if packages is not None and str(packages) not in sys.path:
             sys.path.append(str(packages))

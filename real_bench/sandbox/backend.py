@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from real_bench.competition.requirements import packages_of
 from real_bench.errors import BrokenRuleError, ControllerError
 from real_bench.phases.proxy import NO_FILES, Identity
 from real_bench.quoting import printable
@@ -18,6 +17,7 @@ from real_bench.sandbox.rpc_client import RpcClient
 from real_bench.sandbox.support import SandboxSupport, sandbox_support
 from real_bench.sandbox.visible_files import visible_files
 from real_bench.source import ControllerSource, resolved
+from real_bench.submissions.requirements import packages_of
 from real_bench.task import Task
 
 

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from real_bench.benchmark_files import is_ours
 from real_bench.errors import ControllerError
-from real_bench.sandbox.benchmark_files import is_ours
 from real_bench.source import OURS, ControllerSource, is_left_out, module_place
 
 SYSTEM = (

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.competition.entries import FROZEN
-from real_bench.competition.manifest import is_submission
+from real_bench.benchmark_files import is_ours
 from real_bench.errors import ControllerError, ResultError
 from real_bench.files import file_sha256
-from real_bench.sandbox.benchmark_files import is_ours
 from real_bench.scoring.result import Setting, parse_content
 from real_bench.scoring.result_file import read_content
 from real_bench.source import ControllerSource, is_left_out
+from real_bench.submissions import FROZEN, is_submission
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from real_bench.errors import SubmissionError, faults
 from real_bench.fields import ConditionName
-from real_bench.source import MANIFEST
 from real_bench.yaml_files import read_mapping
+
+MANIFEST = "submission.yaml"
+"""The file by which a folder is a submission."""
+
+FROZEN = "submissions"
+"""The folder in a round's results with the submissions as they were handed in."""
 
 WHEELS = "wheels"
 """The folder in a submission with the wheels of its requirements; then these alone are used."""
@@ -102,6 +107,17 @@ class Submission(BaseModel):
 def is_submission(folder: Path) -> bool:
     """Whether a folder holds a submission."""
     return (folder / MANIFEST).is_file()
+
+
+def find_submission(named: str, base: Path = Path()) -> Path | None:
+    """The folder of a submission, named by it or as ``folder:name``; None where there is none.
+
+    Args:
+        named: as a user names a controller.
+        base: what its path is relative to.
+    """
+    folders = [base / each for each in (named, named.rpartition(":")[0]) if each]
+    return next(filter(is_submission, folders), None)
 
 
 def read_submission(folder: Path) -> Submission:

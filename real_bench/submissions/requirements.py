@@ -15,10 +15,10 @@ import sysconfig
 from importlib.metadata import distributions
 from pathlib import Path
 
-from real_bench.competition.manifest import WHEELS, Submission
 from real_bench.errors import RealBenchError, SubmissionError
 from real_bench.files import check_folder, file_sha256
 from real_bench.locks import write_lock
+from real_bench.submissions.manifest import WHEELS, Submission
 
 SECONDS_TO_INSTALL = 1800
 DONE = "installed.json"
