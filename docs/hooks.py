@@ -20,8 +20,8 @@ LIMITS = {
     "ge": "at least",
     "lt": "below",
     "le": "at most",
-    "min_length": "at least so many:",
-    "max_length": "at most so many:",
+    "min_length": "length at least",
+    "max_length": "length at most",
 }
 NOT_GIVEN = frozenset({"folder"})
 """Fields that no user gives."""
