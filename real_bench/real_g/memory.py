@@ -26,6 +26,9 @@ FARTHEST, NEAREST = 0.5, 0.005
 MOST_VARIED = 0.1
 """Remembered actions are varied by shares of a number's range from ``NEAREST`` to this."""
 
+REDRAWN = 0.5
+"""So many numbers of a remembered action, on average, are drawn anew in their whole range."""
+
 RECENT, FEWEST = 300, 20
 """Success is surprising compared with so many actions before; with fewer nothing is."""
 
@@ -141,29 +144,43 @@ class DeedMemory:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
         Families are drawn by what they may be worth there (Thompson sampling). Each number of an
-        action is varied or not; how far, is drawn anew for each action. Raises RealBenchError where
-        there is no family.
+        action is varied or not; how far, is drawn for each action. Now and then a number is drawn
+        anew in its whole range: a grasp that was learned by dragging low may so be lifted high.
+        Raises RealBenchError where there is no family.
         """
         if not self.families:
             raise RealBenchError("nothing went well yet: there are no actions to vary")
-        deed, n = self._relation.deed, len(ends)
-        situations = self._situations(row, ends)
+        told = self._remembered(self._situations(row, ends), random)
+        n, deed = len(ends), self._relation.deed
+        far = scale(n, random, MOST_VARIED)[:, None] * (random.random(told.shape) < 0.5)
+        told += random.normal(size=told.shape) * far * self._range
+        anew = random.random(told.shape) < REDRAWN / told.shape[1]
+        anew[:, deed.start] = False
+        if deed.turn is not None:  # the object may be turned otherwise than it was
+            anew[:, deed.turn] = random.random(n) < 0.5
+        told = np.where(anew, self._anywhere(n, random), told)
+        told[:, deed.end] = ends
+        return self.placed(row, told)
+
+    def _remembered(self, situations: Array, random: np.random.Generator) -> Array:
+        """A member of the family that is drawn for each of n situations, (n, P)."""
         # mostly they are all the same
         different, which = np.unique(situations, axis=0, return_inverse=True)
         counts = np.stack([family.counts(different) for family in self.families])[:, :, which]
         chosen = random.beta(counts[:, 0], counts[:, 1]).argmax(axis=0)
-        told = np.empty((n, len(deed.low)))
+        told = np.empty((len(situations), len(self._range)))
         for number in np.unique(chosen):
             mine = chosen == number
             told[mine] = self.families[number].drawn(situations[mine], random)
-        far = scale(n, random, MOST_VARIED)[:, None] * (random.random(told.shape) < 0.5)
-        told += random.normal(size=told.shape) * far * self._range
-        if deed.turn is not None:  # the object may be turned otherwise than it was
-            anew = random.random(n) < 0.5
-            drawn = random.uniform(deed.low[deed.turn], deed.high[deed.turn], n)
-            told[anew, deed.turn] = drawn[anew]
-        told[:, deed.end] = ends
-        return self.placed(row, told)
+        return told
+
+    def _anywhere(self, n: int, random: np.random.Generator) -> Array:
+        """Random actions, told from an object, (n, P)."""
+        deed = self._relation.deed
+        told = random.uniform(deed.low, deed.high, (n, len(deed.low)))
+        if deed.height is not None:
+            told[:, deed.height] -= deed.low[deed.height]
+        return told
 
     def placed(self, row: Array, told: Array) -> Array:
         """Numbers of actions that are told from an object, at its row."""

@@ -91,6 +91,23 @@ def _away(numbers: Array, other: Array) -> float:
     return float(np.linalg.norm(((numbers - other) / (HAND.high - HAND.low))[same]))
 
 
+def test_now_and_then_a_number_is_anywhere_while_the_others_stay() -> None:
+    deed = HAND
+    memory, random = DeedMemory(Relation(deed)), np.random.default_rng(0)
+    row, numbers = rows(1)[0], (deed.low + deed.high) / 2
+    for _ in range(30):
+        memory.did(row, numbers, 0.0)
+    memory.did(row, numbers, 1.0)
+    ends = np.tile(numbers[list(deed.end)], (4000, 1))
+    shares = (memory.varied(row, ends, random) - deed.low) / (deed.high - deed.low)
+    form = [i for i in range(len(numbers)) if i not in {*deed.end, *deed.start, deed.turn}]
+    for values in shares[:, form].T:
+        far = abs(values - np.median(values)) > 0.3
+        assert 0 < far.mean() < 0.1
+    others = np.sort(abs(shares[:, form] - np.median(shares[:, form], axis=0)), axis=1)
+    assert (others[:, :-3] < 0.5).mean() > 0.99  # seldom more than three at once
+
+
 @pytest.mark.parametrize("deed", DEEDS)
 def test_what_is_no_surprise_founds_no_family(deed: Deed) -> None:
     memory = DeedMemory(Relation(deed))
