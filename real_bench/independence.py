@@ -9,6 +9,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from real_bench.source import is_left_out
+
 DEEPEST = 6
 """How far inside a shared place the controller is looked for."""
 
@@ -34,11 +36,15 @@ def shared_through(controller: object, place: Path | None) -> str | None:
 
 def _modules_in(place: Path) -> list[ModuleType]:
     files = ((module, getattr(module, "__file__", None)) for module in list(sys.modules.values()))
-    return [
-        module
-        for module, file in files
-        if isinstance(file, str) and Path(file).is_relative_to(place)
-    ]
+    return [module for module, file in files if isinstance(file, str) and _is_in(Path(file), place)]
+
+
+def _is_in(file: Path, place: Path) -> bool:
+    """Whether a file is code in a place; a virtual environment below it holds other people's."""
+    if not file.is_relative_to(place):
+        return False
+    inside = len(file.parents) - len(place.parents)
+    return file == place or not any(map(is_left_out, file.parents[: inside - 1]))
 
 
 def _shared_places(module: ModuleType) -> Iterator[tuple[str, Any]]:
@@ -62,11 +68,14 @@ def _leads_to(value: Any, wanted: object, deep: int, seen: set[int]) -> bool:
 
 
 def _parts(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return list(value.values())
-    if isinstance(value, list | tuple | set | frozenset):
-        return list(value)
-    if inspect.ismodule(value) or inspect.isclass(value) or inspect.isroutine(value):
+    """What an object holds; nothing where it cannot be looked into."""
+    try:
+        if isinstance(value, dict):
+            return list(value.values())
+        if isinstance(value, list | tuple | set | frozenset):
+            return list(value)
+        if inspect.ismodule(value) or inspect.isclass(value) or inspect.isroutine(value):
+            return []
+        return list(vars(value).values())
+    except Exception:  # whatever a stranger's object makes of being asked
         return []
-    found = getattr(value, "__dict__", None)
-    return list(found.values()) if isinstance(found, dict) else []
