@@ -20,7 +20,7 @@ requirements: []            # packages beside those of realbench, as in [scikit-
 description: It acts at random.
 """
 
-_CONTROLLER = '''\
+CONTROLLER = '''\
 """A controller that acts at random: replace what it does."""
 
 import numpy as np
@@ -64,7 +64,7 @@ def make_template(folder: Path, name: str, author: str, condition: str) -> None:
     content = _MANIFEST.format(
         name=json.dumps(name), author=json.dumps(author), condition=condition
     )
-    write_whole(folder / "controller.py", _CONTROLLER.encode())
+    write_whole(folder / "controller.py", CONTROLLER.encode())
     write_whole(folder / MANIFEST, content.encode())
     try:
         read_submission(folder)

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from real_bench.competition.template import CONTROLLER
+
 ROUND: dict[str, Any] = {
     "condition": "OM",
     "goals": "goals.npy",
@@ -14,31 +16,7 @@ ROUND: dict[str, Any] = {
     "limits": {"memory_gib": 4, "call_s": 12, "total_s": 120},
 }
 
-GOOD = """
-import numpy as np
-
-from real_bench.controller import Controller
-from real_bench.real_x import RandomExplorer
-
-
-class Good(Controller):
-    def __init__(self, action_space, observation_space):
-        super().__init__(action_space, observation_space)
-        self.seed(0)
-
-    def seed(self, seed):
-        self._random = np.random.default_rng(seed)
-        self._explorer = RandomExplorer(self.action_space, self._random)
-
-    def next_action(self, observation):
-        return self._explorer.next_action()
-
-    def get_state(self):
-        return {"random": self._random.bit_generator.state}
-
-    def set_state(self, state):
-        self._random.bit_generator.state = state["random"]
-"""
+GOOD = CONTROLLER.replace("MyController", "Good")
 
 MALICIOUS = """
 import os

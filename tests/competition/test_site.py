@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,6 @@ import pytest
 from tests.cli.shell import realbench
 from tests.competition.five import GOOD, rounds, submission
 
-CHROMIUM = Path("/usr/bin/chromium")
 HOSTILE = "<script>alert('x')</script>&\"'"
 
 
@@ -26,20 +24,6 @@ def site(tmp_path_factory: pytest.TempPathFactory, goals_file: Path) -> Path:
     realbench(place, "round", "run", "submissions", path)
     realbench(place, "leaderboard", "results", "--site", "site", "--films")
     return place / "site"
-
-
-@pytest.fixture
-def browser() -> Iterator[Any]:
-    """Headless Chromium, driven by Playwright."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if not CHROMIUM.exists():
-        pytest.skip(f"{CHROMIUM} is not installed")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(
-            executable_path=str(CHROMIUM), args=["--no-sandbox", "--disable-gpu"]
-        )
-        yield browser
-        browser.close()
 
 
 def test_it_asks_nobody_else_and_runs_nothing_of_strangers(site: Path) -> None:

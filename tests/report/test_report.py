@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,6 @@ from tests.cli.shell import realbench, tiny_goals
 from tests.scoring.bench import made
 
 HOSTILE = "<script>alert('x')</script>&\"'"
-CHROMIUM = Path("/usr/bin/chromium")
 
 
 @pytest.fixture(scope="session")
@@ -119,20 +117,6 @@ def test_what_cannot_be_reported_is_told(
 def test_a_report_is_not_overwritten_unasked(folder: Path, page: Path) -> None:
     done = realbench(folder, "report", "score.json", code=1)
     assert "report.html exists" in done.stderr
-
-
-@pytest.fixture
-def browser() -> Iterator[Any]:
-    """Headless Chromium, driven by Playwright."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if not CHROMIUM.exists():
-        pytest.skip(f"{CHROMIUM} is not installed")
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(
-            executable_path=str(CHROMIUM), args=["--no-sandbox", "--disable-gpu"]
-        )
-        yield browser
-        browser.close()
 
 
 @pytest.mark.parametrize("width", [1200, 390])
