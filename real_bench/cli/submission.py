@@ -76,12 +76,12 @@ def check(
     and hand over its state.
     """
     from real_bench.competition.checking import SubmissionCheck
-    from real_bench.competition.packing import submitted
     from real_bench.errors import SubmissionError
     from real_bench.files import Output
     from real_bench.locks import own_folder
     from real_bench.phases.checking import Finding
     from real_bench.sandbox import Limits
+    from real_bench.submissions.packing import submitted
 
     if not place.exists():
         raise click.UsageError(f"submission not found: {place}")
@@ -118,9 +118,9 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
 
     The same files give the same archive.
     """
-    from real_bench.competition.packing import pack as pack_submission
     from real_bench.files import check_output
     from real_bench.source import ControllerSource
+    from real_bench.submissions.packing import pack as pack_submission
 
     archive = out or folder.resolve().with_suffix(".zip")
     check_output(archive, overwrite=overwrite)

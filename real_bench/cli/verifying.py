@@ -28,14 +28,14 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
     from real_bench.errors import ResultError
     from real_bench.verification import BundleVerification, bundles_in
 
-    bundles = bundles_in(folder)
-    if not bundles:
-        raise ResultError(f"no result found in {folder}")
     verdicts = []
-    with ProgressDisplay("verifying", "results", len(bundles)) as display:
-        for number, bundle in enumerate(bundles):
-            display.update(number, _name(bundle.result, folder))
-            verdicts.append(BundleVerification(bundle, **wanted).verify())
+    with bundles_in(folder) as bundles:
+        if not bundles:
+            raise ResultError(f"no result found in {folder}")
+        with ProgressDisplay("verifying", "results", len(bundles)) as display:
+            for number, bundle in enumerate(bundles):
+                display.update(number, _name(bundle.result, folder))
+                verdicts.append(BundleVerification(bundle, **wanted).verify())
     keep_verdicts(verdicts)
     if as_json:
         say(json.dumps([verdict.to_json() for verdict in verdicts]))

@@ -14,7 +14,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from real_bench.competition.packing import pack, zipped
 from real_bench.competition.spec import MOMENT, Competition, Round
 from real_bench.competition.template import make_template
 from real_bench.errors import ExperimentError
@@ -22,6 +21,7 @@ from real_bench.files import write_whole
 from real_bench.goal_sets import load_goal_set
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.locks import own_folder
+from real_bench.submissions.packing import pack, zipped
 
 IMAGE = "realbench:platform"
 STEPS_A_SECOND, SPARE_S = 500, 600

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
-from real_bench.competition.packing import copied, submitted
 from real_bench.competition.standing import REFUSED, WAITING, Standing
 from real_bench.errors import ControllerError, ExperimentError
 from real_bench.files import check_folder, file_sha256
 from real_bench.locks import own_folder
 from real_bench.source import ControllerSource, is_left_out
 from real_bench.submissions import FROZEN, MANIFEST, Submission, read_submission
+from real_bench.submissions.packing import copied, submitted
 from real_bench.submissions.requirements import packages_of
 
 _PLAIN = re.compile(r"[^A-Za-z0-9_.+-]")

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from real_bench.benchmark_files import is_ours
-from real_bench.errors import ControllerError, ResultError
+from real_bench.errors import ControllerError, ResultError, SubmissionError
 from real_bench.files import file_sha256
+from real_bench.locks import own_folder
 from real_bench.scoring.result import Setting, parse_content
 from real_bench.scoring.result_file import read_content
 from real_bench.source import ControllerSource, is_left_out
 from real_bench.submissions import FROZEN, is_submission
+from real_bench.submissions.packing import submitted
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -30,24 +36,43 @@ class Bundle:
     submission: Path | None
 
 
-def bundles_in(folder: Path) -> list[Bundle]:
-    """All results in a folder and below it, each with what lies beside it."""
-    return list(_bundles(folder))
+@contextmanager
+def bundles_in(folder: Path) -> Iterator[list[Bundle]]:
+    """All results in a folder and below it, each with what lies beside it.
+
+    Packed submissions are unpacked as long as this lasts; an archive of anything else is passed
+    over with a warning.
+    """
+    with own_folder("realbench-bundles-") as unpacked:
+        yield list(_bundles(folder, unpacked))
 
 
-def _bundles(folder: Path) -> Iterator[Bundle]:
+def _bundles(folder: Path, unpacked: Path) -> Iterator[Bundle]:
     paths = sorted(path for path in folder.iterdir() if not is_left_out(path))
     results = [path for path in paths if path.suffix == ".json" and is_ours(path)]
     recordings = [path for path in paths if path.is_file() and path.suffix in (".h5", ".hdf5")]
     inside = [path for path in paths if path.is_dir()]
     submissions = [path for path in (folder, *inside, _frozen(folder)) if is_submission(path)]
+    if results:
+        archives = [path for path in paths if path.is_file() and path.suffix == ".zip"]
+        submissions += filter(None, (_unpacked(path, unpacked) for path in archives))
     for result in results:
         yield _bundle(result, recordings, submissions)
     if is_submission(folder):
         return
     for path in inside:
         if not is_submission(path):
-            yield from _bundles(path)
+            yield from _bundles(path, unpacked)
+
+
+def _unpacked(archive: Path, folder: Path) -> Path | None:
+    """The submission in an archive, in a new folder; None where it holds none."""
+    place = folder / str(len(list(folder.iterdir()))) / archive.stem
+    try:
+        return submitted(archive, place)
+    except SubmissionError as error:
+        log.warning("%s", error)
+        return None
 
 
 def _frozen(folder: Path) -> Path:

@@ -114,6 +114,19 @@ def test_an_honest_one_is_verified_as_a_whole(bundle: Bundle, honest: Path) -> N
     assert found["detail"] == "verified: trials, recording, code, settings, state, play"
 
 
+def test_a_packed_submission_is_as_good_as_a_folder(bundle: Bundle, honest: Path) -> None:
+    place = bundle()
+    realbench(place, "submission", "pack", "submission", "--out", "mine.zip")
+    shutil.rmtree(place / "submission")
+    (place / "damaged.zip").write_bytes(b"PK")
+    found = verdict(place, honest, code=0)
+    assert {"trials", "recording", "code", "settings", "state"} == {
+        what for what, word in parts(found).items() if word == "holds"
+    }
+    (place / "mine.zip").unlink()
+    assert parts(verdict(place, honest, code=0))["code"] == "not checked"
+
+
 def test_a_forged_score_is_named(bundle: Bundle, honest: Path) -> None:
     place = bundle()
 

@@ -19,8 +19,8 @@ import pytest
 import yaml
 from PIL import Image
 
-from real_bench.competition.packing import pack
 from real_bench.goal_sets import load_goal_set
+from real_bench.submissions.packing import pack
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, ROUND, derived, rounds, submission
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from real_bench.competition.packing import pack
 from real_bench.scoring.result import load_result
+from real_bench.submissions.packing import pack
 from tests.cli.shell import COMMAND, realbench
 from tests.competition.five import CRASHING, GOOD, MEMORY, derived, rounds, submission
 

@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from junitparser import Failure, JUnitXml
 
-from real_bench.competition.packing import pack, unpack
 from real_bench.errors import ControllerError, SubmissionError
 from real_bench.recording import Recording
 from real_bench.scoring.result import load_result
 from real_bench.source import ControllerSource
 from real_bench.submissions import read_submission
+from real_bench.submissions.packing import pack, unpack
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, HANGING, derived, submission
 from tests.competition.wheels import NAME, wheel
