@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from real_bench.exporting.minari import LOWEST
 from tests.cli.shell import realbench
 from tests.pages import ROOT, Page
 
@@ -65,7 +66,7 @@ def test_the_controller_logs(place: Path) -> None:
     ids=" ".join,
 )
 def test_the_commands_run(place: Path, arguments: list[str]) -> None:
-    for library in ("minari", "tensorboard"):
+    for library, lowest in (("minari", LOWEST), ("tensorboard", None)):
         if library in " ".join(arguments):
-            pytest.importorskip(library)
+            pytest.importorskip(library, minversion=lowest)
     realbench(place, *arguments)

@@ -33,6 +33,9 @@ from real_bench.version import __version__
 if TYPE_CHECKING:
     from real_bench.exporting.formats import Export, OnExport
 
+LOWEST = "0.5.4"
+"""The first version that keeps images exactly as they are; earlier ones pack them as JPEG."""
+
 ACTIONS_AT_ONCE = 128
 """Of which the images are held in memory."""
 
@@ -49,10 +52,10 @@ def save_minari(export: Export, report: OnExport) -> str:
         OutputError: it is there already, or cannot be written.
         RecordingError: its name is none.
     """
-    storages = extra("minari.dataset.minari_storage", "minari")
     name = export.name or f"realbench/{_plain(export.recording.path.stem)}-v0"
     if not _NAME.fullmatch(name):
         raise RecordingError(f"a dataset's name is such as realbench/run-v0, not {name!r}")
+    storages = extra("minari.dataset.minari_storage", "minari", LOWEST)
     place = _free(export.folder.absolute() / name, overwrite=export.overwrite)
     episodes = _Episodes(export.recording, export.images, export.image_size)
     try:

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from real_bench.exporting.minari import LOWEST
+from real_bench.extras import MissingExtraError, extra
 from real_bench.recording import Recording
 from real_bench.recording.columns import flat
 from tests.cli.shell import realbench
@@ -92,6 +94,13 @@ def load(folder: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> Any:
     return pytest.importorskip("minari").load_dataset(name)
 
 
+@pytest.fixture
+def with_minari() -> None:
+    """Skips where Minari cannot be had: it needs Python 3.11."""
+    pytest.importorskip("minari", minversion=LOWEST)
+
+
+@pytest.mark.usefixtures("with_minari")
 def test_a_minari_dataset_is_read_by_minari(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -126,6 +135,7 @@ def test_a_minari_dataset_is_read_by_minari(
         done_so_far += len(episode)
 
 
+@pytest.mark.usefixtures("with_minari")
 def test_actions_of_many_commands_and_small_images(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -143,10 +153,10 @@ def test_actions_of_many_commands_and_small_images(
     assert episode.actions["n_steps"].sum(axis=1).tolist() == [1000, 1000, 300]
 
 
+@pytest.mark.usefixtures("with_minari")
 def test_a_long_episode_is_written_in_pieces(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("minari")
     from real_bench.exporting import FORMATS, Export, minari
 
     datasets = []
@@ -165,6 +175,7 @@ def test_a_long_episode_is_written_in_pieces(
         np.testing.assert_equal(one.infos, other.infos)
 
 
+@pytest.mark.usefixtures("with_minari")
 def test_nothing_is_replaced_unasked(place: Path, tmp_path: Path) -> None:
     for form in ("csv", "minari"):
         realbench(place, "export", "my run.h5", "--to", form, "--out", tmp_path)
@@ -213,5 +224,13 @@ def test_a_library_that_is_missing_is_named(
     ):
         told = realbench(place, *command, code=1).stderr
         assert f"pip install 'real-bench[{name}]'" in told
+
         assert told.count("\n") == 1
     assert not [path for path in tmp_path.iterdir() if path.is_dir() and path.name in "abc"]
+
+
+def test_a_library_that_is_too_old_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("real_bench.extras.version", lambda _: "0.5.3")
+    with pytest.raises(MissingExtraError, match=r"needs json 0\.5\.4, and 0\.5\.3 is installed"):
+        extra("json.decoder", "minari", LOWEST)
+    assert extra("json.decoder", "minari", "0.5.3").__name__ == "json.decoder"
