@@ -6,8 +6,8 @@ BIN := .venv/bin
 
 .PHONY: demo test test-lowest coverage check lint types docs bench faults fuzz clean
 
-# The whole chain in about two minutes: plays, tests on ten goals, and a table that ends with what
-# was learned beside chance. demo/report.html shows every trial.
+# The whole chain in some three minutes of processor time: plays, tests on ten goals, and a table that
+# ends with what was learned beside chance. demo/report.html shows every trial.
 demo: .venv/ready
 	$(BIN)/realbench scene install
 	$(BIN)/realbench table evaluation/demo.yaml
