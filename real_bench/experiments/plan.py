@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
+from real_bench.counting import counted
 from real_bench.experiments.job_state import JobState, not_of_this, refusal, state_of
 from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
 from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
@@ -28,6 +29,11 @@ class PendingJobs:
 
     plays: tuple[PlayJob, ...]
     scorings: tuple[ScoringJob, ...]
+
+    def __str__(self) -> str:
+        """``2 plays and 1 test, 26,000 steps in total``."""
+        plays, tests = counted(len(self.plays), "play"), counted(len(self.scorings), "test")
+        return f"{plays} and {tests}, {self.n_steps:,} steps in total"
 
     @property
     def n_steps(self) -> int:

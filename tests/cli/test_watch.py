@@ -129,7 +129,7 @@ def test_event_files_are_read_by_tensorboard(played: Path) -> None:
     [
         (("none.h5",), 1, "recording not found: none.h5"),
         (("run.h5", "--every", "0"), 2, "'--every'"),
-        (("run.h5", "--overwrite"), 2, "--overwrite is for --tensorboard"),
+        (("run.h5", "--overwrite"), 2, "--overwrite needs --tensorboard"),
         (("run.h5", "--tensorboard", "run.h5"), 1, "run.h5"),
     ],
 )

@@ -97,7 +97,7 @@ def test_a_failure_is_tried_again_when_asked(place: Path) -> None:
     assert "MemoryError" in row["detail"]
     realbench(place, "round", "run", "submissions", path)
     done = realbench(place, "round", "run", "submissions", path, "--retry")
-    assert "1 plays and 1 tests to do" in done.stderr
+    assert "to run: 1 play and 1 test, " in done.stderr
 
 
 def test_recordings_may_be_given(place: Path) -> None:

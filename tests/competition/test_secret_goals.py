@@ -20,7 +20,7 @@ FEW = ["--scene", "builtin", "--2d", "1", "--25d", "1", "--3d", "0"]
 def secret(place: Path) -> str:
     """Secret goals instead of the others; gives the commitment."""
     told = realbench(place, "goals", "generate", "--secret", *FEW, "--out", "secret.npy").stdout
-    return told.split("to be published now: ")[1].strip()
+    return told.split("commitment, publish it now: ")[1].strip()
 
 
 def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
@@ -33,7 +33,7 @@ def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
     assert stat.S_IMODE(opening.stat().st_mode) == 0o600
     opened = ["goals", "open", "secret.npy", opening, "--scene", "builtin", "--commitment"]
     told = realbench(place, *opened, secret).stdout
-    assert f"committed to, drawn from seed {kept['seed']}" in told
+    assert f"as committed to, drawn from seed {kept['seed']}" in told
     assert "of another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
     opening.write_text(json.dumps({**kept, "seed": kept["seed"] + 1}))
     assert "was altered" in realbench(place, *opened, secret, code=1).stderr

@@ -20,7 +20,7 @@ def test_the_table_is_made_and_printed_again_without_work(
 ) -> None:
     path = write_spec()
     done = realbench(tmp_path, "table", path, "--jobs", "2")
-    assert "2 plays and 5 tests to do, 26,000 steps in all" in done.stderr
+    assert "to run: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
     assert "2 of 2" in done.stdout
     again = realbench(tmp_path, "table", path)
     assert again.stdout == done.stdout
@@ -36,7 +36,7 @@ def test_nothing_is_made_unasked_where_the_spec_says_so(
 ) -> None:
     path = write_spec(run=False)
     done = realbench(tmp_path, "table", path)
-    assert "not made: 2 plays and 5 tests, 26,000 steps in all" in done.stderr
+    assert "missing: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
     assert "5 of 5 repeats are missing" in done.stdout
     assert not (tmp_path / "results").exists()
 

@@ -88,7 +88,7 @@ def test_check_says_what_runs_and_how_to_run_it(kit: Path) -> None:
     shutil.copy(kit.parent / "goals.npy", kit)
     done = realbench(kit, "check", CONTROLLER)
     assert done.stdout.count(f"ok  loads    class Learner of {kit}/baseline/learner.py") == 2
-    assert "not shown to an isolated controller: goals.npy\n" in done.stdout
+    assert "hidden from an isolated controller: goals.npy\n" in done.stdout
     command = "realbench evaluate --controller my_controller.py --condition IM --steps 1500"
     assert f"  {command} --trials 2\n" in done.stdout
     found = json.loads(realbench(kit, "check", CONTROLLER, "--json").stdout)

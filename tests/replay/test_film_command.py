@@ -102,10 +102,10 @@ def test_a_replay_that_goes_another_way_is_told(recorded: Path, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("arguments", "code", "complaint"),
     [
-        (("--actions", "5:9"), 2, "has 5 actions, 0 to 4: none of them is asked for"),
-        (("--actions", "3:1"), 2, "none of them is asked for"),
-        (("--actions", "many"), 2, "'many' is no range of actions such as 10:20, 10:, -5: or 7"),
-        (("--gui", "--out", "a.mp4"), 2, "--gui shows the part in a window"),
+        (("--actions", "5:9"), 2, "has 5 actions, 0 to 4: --actions selects none"),
+        (("--actions", "3:1"), 2, "--actions selects none"),
+        (("--actions", "many"), 2, "'many' is not a range of actions like 10:20, 10:, -5: or 7"),
+        (("--gui", "--out", "a.mp4"), 2, "--gui shows a window and writes no film"),
         (("--gui",), 1, "no display"),
         (("--scene", "moon"), 1, "unknown scene"),
         (("--out", "/proc/nope/a.mp4"), 1, "cannot write"),

@@ -95,7 +95,7 @@ def test_this_machine_has_the_reference_or_is_told_so(tmp_path: Path) -> None:
     assert facts["physics_is_the_reference"] == (physics.fingerprint() == physics.REFERENCE)
     told = realbench(tmp_path, "doctor", "--scene", "builtin").stdout
     assert ("all is well" in told) == facts["physics_is_the_reference"]
-    assert ("other physics than the reference" in told) != facts["physics_is_the_reference"]
+    assert ("different physics than the reference" in told) != facts["physics_is_the_reference"]
 
 
 def test_recordings_and_results_keep_it(
