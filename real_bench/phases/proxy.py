@@ -1,4 +1,4 @@
-"""What the phases need of a controller wherever it runs: a proxy, and the backend that makes it."""
+"""What the phases need of a controller, wherever it runs: a proxy, and a backend to make it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NO_FILES: Mapping[str, bytes] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Identity:
-    """What a controller is, told without any world.
+    """What a controller is, found out without any world.
 
     Attributes:
         class_name: of its class.
@@ -69,13 +69,13 @@ class Terms(Protocol):
 
 
 class ControllerProxy(Protocol):
-    """A controller that was made. Every call raises ControllerError where it fails."""
+    """A controller instance. Every call raises ControllerError if it fails."""
 
     spec: str
     identity: Identity
 
     def seed(self, seed: int) -> None:
-        """Seed it, and what controllers draw from without being asked to."""
+        """Seed it and the global generators that it may draw from."""
 
     def call(self, hook: str, *arguments: Any) -> None:
         """Call a hook: with an experience, or an observation, reward and done, or nothing."""
@@ -90,7 +90,7 @@ class ControllerProxy(Protocol):
         """Why it chose its last action, where it says so."""
 
     def take_logged(self) -> list[Entry]:
-        """The numbers that it has noted since it was last asked."""
+        """The numbers that it logged since the last call."""
 
     def get_state(self) -> ControllerState:
         """What it hands over, a copy of its own."""
@@ -136,7 +136,7 @@ class ControllerBackend(Protocol):
 
 @contextmanager
 def closed_on_error(proxy: ControllerProxy) -> Iterator[ControllerProxy]:
-    """Close a proxy where something fails; else it is still needed afterwards."""
+    """Close a proxy if something fails; otherwise it is still needed."""
     try:
         yield proxy
     except BaseException:

@@ -149,7 +149,7 @@ def test_inspect(place: Path, file: str) -> None:
 
 def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
     done = realbench(tmp_path, "intrinsic", code=1)
-    assert "a controller is missing (try --controller real_r)" in done.stderr
+    assert "no controller given (try --controller real_r)" in done.stderr
 
 
 @pytest.mark.parametrize(

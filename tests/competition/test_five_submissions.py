@@ -58,5 +58,5 @@ def test_one_scores_and_four_have_a_status(place: Path) -> None:
         "Missing": [Failure],
     }
     again = realbench(place, "round", "run", "submissions", path)
-    assert "to do" not in again.stderr
+    assert "to run" not in again.stderr
     assert again.stdout == done.stdout

@@ -75,7 +75,7 @@ def test_nothing_of_them_is_published_until_they_are_released(place: Path, secre
     run = ["round", "run", "submissions"]
     realbench(place, *run, rounds(place, **asked))
     done = realbench(place, "leaderboard", "results", "--site", "site", "--films")
-    assert "its goals are secret, so the site shows nothing of them" in done.stderr
+    assert "its goals are secret, so the site does not show them" in done.stderr
     pages = [path.read_text() for path in (place / "site").iterdir() if path.is_file()]
     assert not any("data:image" in page or "<img" in page for page in pages)
     assert not (place / "site" / "films").exists()

@@ -42,7 +42,7 @@ def test_a_new_one_is_good_as_it_is(place: Path) -> None:
     assert f"hash {sha256(place / 'mine')}" in done.stdout
     assert realbench(place, "submission", "check", "mine.zip").stdout.count("ok ") == 8
     again = realbench(place, "submission", "init", "mine", code=3)
-    assert "is there already" in again.stderr
+    assert "exists: use another folder" in again.stderr
     assert "mine.zip exists" in realbench(place, "submission", "pack", "mine", code=1).stderr
 
 
@@ -52,7 +52,7 @@ def test_a_new_one_is_good_as_it_is(place: Path) -> None:
         ({"name": "a:b"}, "name: "),
         ({"authors": []}, "authors: "),
         ({"entry": "../other.py"}, "entry: "),
-        ({"entry": "none.py"}, "entry: there is no file none.py"),
+        ({"entry": "none.py"}, "entry: file not found: none.py"),
         ({"condition": "XY"}, "condition: "),
         ({"requirements": ["not a requirement!"]}, "requirements: "),
         ({"requirements": ["a @ https://example.org/a.whl"]}, "not an address"),

@@ -65,7 +65,7 @@ def test_a_helper_that_was_edited_does_not_go_on_with_a_result(place: Path) -> N
 
 def test_settings_without_effect_are_not_recorded_as_if_they_had(place: Path) -> None:
     refused = realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", code=1).stderr
-    assert "other settings (lr=0.1, now 0.5): say --keep-learned" in refused
+    assert "different settings (lr=0.1, now 0.5): use --keep-learned" in refused
     assert "--relearn" in refused
     assert not (place / "score.json").exists()
     realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", "--keep-learned")

@@ -122,7 +122,7 @@ def test_a_result_of_other_physics_is_not_called_forged(
     assert not verdict.holds
     assert verdict.is_undecided
     told = verdict.lines()[-1]
-    assert told.startswith("cannot be judged here, physics is another one: ")
+    assert told.startswith("cannot be judged here, physics differs: ")
     assert f"verify it where physics is {there}" in told
     done = realbench(tmp_path, "verify", path, "--goals", goals_path, "--json", code=5)
     found = json.loads(done.stdout)
@@ -171,7 +171,7 @@ def test_a_recording_of_other_physics_is_not_called_forged(
     verdict = RecordingVerification(run).verify(quietly)
     assert verdict.is_undecided
     assert 1 <= verdict.n_actions < 4
-    assert verdict.lines()[-1].startswith("cannot be judged here, physics is another one: ")
+    assert verdict.lines()[-1].startswith("cannot be judged here, physics differs: ")
     realbench(tmp_path, "verify", run, code=5)
 
 
@@ -185,7 +185,7 @@ def test_a_recording_from_before_fingerprints_is_judged_by_bits(
         file.attrs["versions"] = json.dumps(versions)
     verdict = RecordingVerification(run).verify(quietly)
     assert verdict.holds
-    assert any("does not tell its physics" in note for note in verdict.notes)
+    assert any("its physics is unknown" in note for note in verdict.notes)
 
 
 def test_what_mixes_physics_is_marked(

@@ -203,7 +203,7 @@ def test_a_command_whose_change_moves_nothing_is_found_by_the_hash(
     verdict = verify(path)
     assert verdict.n_steps == 2300
     assert verdict.lines()[-1] == (
-        "does not verify: it replays bit for bit, but its commands are not those of their hash"
+        "does not verify: it replays bit for bit, but its commands do not match their hash"
     )
     with h5py.File(path, "r+") as file:
         del file.attrs["commands_sha256"]  # as in a recording from before

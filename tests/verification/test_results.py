@@ -91,7 +91,7 @@ def test_what_it_learned_from_is_checked(
     wrong = verify(path, goals_path, run=other)
     assert not wrong.holds
     assert [fault.rpartition(": ")[2] for fault in wrong.faults] == [
-        "its hash is another one",
+        "its hash differs",
         "it has 2,000 steps, not 3,000",
     ]
 
@@ -111,10 +111,10 @@ def test_the_controller_is_checked_and_not_run(
     assert verify(path, goals_path).holds
     assert verify(path, goals_path, controller=spec).holds
     (tmp_path / "mine.py").write_text(source + "\nraise SystemExit\n")
-    assert "not the one tested" in " ".join(verify(path, goals_path).notes)
+    assert "not the one that was tested" in " ".join(verify(path, goals_path).notes)
     asked = verify(path, goals_path, controller=spec)
     assert not asked.holds
-    assert "not the one tested" in asked.faults[0]
+    assert "not the one that was tested" in asked.faults[0]
     (tmp_path / "mine.py").unlink()
     assert "is not here" in " ".join(verify(path, goals_path).notes)
     with pytest.raises(ControllerError, match="controller file not found"):
@@ -257,7 +257,7 @@ def test_altered_goals_are_not_the_goals(
     poses[0, 0] = np.nextafter(poses[0, 0], 9)
     others = (*goals.goals[:2], dataclasses.replace(goals.goals[2], final_poses=poses))
     save_goal_set(dataclasses.replace(goals, goals=others), tmp_path / "goals.npy")
-    with pytest.raises(ResultError, match="give its own with --goals"):
+    with pytest.raises(ResultError, match="give its goals with --goals"):
         verify(honest, tmp_path / "goals.npy")
     assert verify(honest, goals_path).holds
 
@@ -267,7 +267,7 @@ def test_altered_goals_are_not_the_goals(
     [
         ({"goals": None}, "not of the shipped ones"),
         ({"jobs": 0}, "--jobs must be at least 1, not 0"),
-        ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "before commands were kept"),
+        ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "it keeps no commands"),
         (
             {"path": EVALUATION / "results/full-scale/real_r-IM-1-seed0-shipped.json"},
             "cannot be replayed: its macro-actions are of version 1, these of 2",
@@ -322,7 +322,7 @@ def test_a_part_of_chosen_goals_does_not_verify(
         verdict = verify(forged(honest, part.to_json()), goals_path)
         assert not verdict.holds
         assert "are not those that a test of" in verdict.faults[0]
-    assert "only 2 of the 3 goals were asked for" in verify(honest, goals_path).notes
+    assert "only 2 of 3 goals were asked for" in verify(honest, goals_path).notes
 
 
 def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
