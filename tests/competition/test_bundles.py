@@ -158,7 +158,7 @@ def test_other_goals_are_named(
     test = ["--goals", easy, "--trial-steps", "1000", "--out", "score.json", "--overwrite"]
     whom = ["--controller", "submission", "--run", "run.h5", "--isolate"]
     realbench(place, "extrinsic", *whom, *test)
-    assert "is of goals" in verdict(place, honest)["detail"]
+    assert "is on goals" in verdict(place, honest)["detail"]
     wanted = json.loads((honest / "score1.json").read_text())["setting"]["goals_sha256"]
 
     def hash_too(content: dict[str, Any]) -> None:

@@ -91,7 +91,7 @@ def test_both_reports_say_what_failed() -> None:
 
 @pytest.mark.parametrize("field", ["controller", "scene", "condition"])
 def test_no_name_can_command_a_terminal(field: str) -> None:
-    with pytest.raises(ValueError, match="letters that can be printed"):
+    with pytest.raises(ValueError, match="a name must be printable"):
         made([0.1], **{field: "\x1b]0;title\x07"})
 
 

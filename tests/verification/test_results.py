@@ -330,7 +330,7 @@ def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
     verdict = verify(altered(honest, place, lambda _: "3.0.0 by me"), goals_path)
     assert "pybullet was 3.0.0 by me, here it is" in verdict.notes[0]
     assert verdict.holds
-    with pytest.raises(ResultError, match="letters that can be printed"):
+    with pytest.raises(ResultError, match="a name must be printable"):
         verify(altered(honest, place, lambda _: "3.0.0\nby me"), goals_path)
 
 
