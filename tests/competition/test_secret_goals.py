@@ -34,7 +34,7 @@ def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
     opened = ["goals", "open", "secret.npy", opening, "--scene", "builtin", "--commitment"]
     told = realbench(place, *opened, secret).stdout
     assert f"as committed to, drawn from seed {kept['seed']}" in told
-    assert "of another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
+    assert "belongs to another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
     opening.write_text(json.dumps({**kept, "seed": kept["seed"] + 1}))
     assert "was altered" in realbench(place, *opened, secret, code=1).stderr
 
@@ -59,7 +59,7 @@ def test_nobody_draws_the_same_and_nobody_chooses(builtin_scene: Scene) -> None:
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"seed": -1}', "\x00", '{"commitment": 1}'])
 def test_what_is_no_opening_is_told(tmp_path: Path, text: str) -> None:
     (tmp_path / "o.json").write_text(text)
-    with pytest.raises(GoalSetError, match="is no opening"):
+    with pytest.raises(GoalSetError, match="is not an opening"):
         read_opening(tmp_path / "o.json")
 
 

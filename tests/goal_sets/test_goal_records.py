@@ -19,7 +19,7 @@ def goal_set():
     ("field", "value", "message"),
     [
         ("challenge", "4D", "unknown challenge '4D': use one of 2D, 2.5D, 3D"),
-        ("initial_poses", np.zeros((2, 6)), r"shape \(2, 6\): it must be \(n_objects, 7\)"),
+        ("initial_poses", np.zeros((2, 6)), r"shape \(2, 6\), not \(n_objects, 7\)"),
         ("initial_poses", np.zeros((0, 7)), r"shape \(0, 7\)"),
         ("initial_poses", np.full((2, 7), np.nan), "must be finite"),
         ("final_poses", np.zeros((2, 7)), "quaternions must have length 1"),
