@@ -221,7 +221,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_what_could_be_set() -> No
         check_settings(Robot, "robot.py", values)
     message = str(caught.value)
     assert message.startswith("controller robot.py, bad settings: ")
-    faults, _, known = message.partition(" (they are, with defaults: ")
+    faults, _, known = message.partition(" (settings and defaults: ")
     for name in ("arm.reach", "arm.joints", "arm.legs", "names", "speed", "careful"):
         assert f" {name}: " in faults
     assert faults.count(";") == 5

@@ -19,7 +19,7 @@ STATUSES = {
     "missing": "refused",
 }
 TOLD = {
-    "malicious": "play, a message of its process is refused: it declares 4294967295",
+    "malicious": "play, a message from its process was refused: it declares 4294967295",
     "hanging": "play, next_action() did not end within the 12 s of --call-limit",
     "crashing": "test, goal 0: next_action() failed at controller.py, line ",
     "missing": "play, cannot be loaded: controller.py, line 1: ModuleNotFoundError",

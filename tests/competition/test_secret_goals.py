@@ -86,7 +86,7 @@ def test_nothing_of_them_is_published_until_they_are_released(place: Path, secre
     assert f"secret until they are released (commitment {secret})" in pages[0] + "".join(pages)
     result = str(next((place / "results" / "first").glob("good-*/seed0.json")))
     report = ["report", result, "--goals", "secret.npy", "--out", "r.html"]
-    assert "say --released once everybody may see them" in realbench(place, *report, code=1).stderr
+    assert "use --released once they may be seen" in realbench(place, *report, code=1).stderr
     assert not (place / "r.html").exists()
     assert realbench(place, *report, "--released")
     realbench(place, *run, rounds(place, **asked, released=True))

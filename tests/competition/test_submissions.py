@@ -180,8 +180,8 @@ def test_requirements_that_cannot_be_had_are_refused(
     folder = submission(place / "mine", GOOD, requirements=[NAME])
     wheel(folder / "wheels", requires=requires)
     done = realbench(place, "submission", "check", "mine", code=3)
-    assert "cannot be had: " in done.stdout
-    assert told in done.stdout.partition("cannot be had: ")[2]
+    assert "cannot be installed: " in done.stdout
+    assert told in done.stdout.partition("cannot be installed: ")[2]
 
 
 def test_exit_codes_tell_whose_fault_it_is(place: Path) -> None:

@@ -96,7 +96,7 @@ def test_a_replay_that_goes_another_way_is_told(recorded: Path, tmp_path: Path) 
         file["commands"][...] = rows
     done = realbench(tmp_path, "film", path, "--actions", "0:4")
     assert done.stdout.endswith("play.mp4; it differs from the recording\n")
-    assert done.stderr.count("from action 2 on objects are not where they were recorded") == 1
+    assert done.stderr.count("since action 2 objects are not where they were recorded") == 1
 
 
 @pytest.mark.parametrize(

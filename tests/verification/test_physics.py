@@ -199,7 +199,7 @@ def test_what_mixes_physics_is_marked(
     again = alike.setting.model_copy(update={"seed": 9})
     alike.model_copy(update={"setting": again}).save(tmp_path / "again.json")
     mixed = realbench(tmp_path, "compare", one, other).stdout
-    assert "results of different physics are mixed" in mixed
+    assert "results with different physics are mixed" in mixed
     assert here in mixed
     assert "physics" not in realbench(tmp_path, "compare", one, "again.json").stdout
     found = json.loads(realbench(tmp_path, "compare", one, other, "--json").stdout)
@@ -216,7 +216,7 @@ def test_a_table_marks_rows_that_mix_physics() -> None:
         for cell, each in zip(spec.cells, kinds, strict=True)
     ]
     assert [cells_of(row)[3] for row in rows] == ["2 of 2‡", "2 of 2"]
-    told = f"‡ results of different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
+    told = f"‡ results with different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
     assert any(note.startswith(told) for note in notes(rows))
     assert not any("physics" in note for note in notes(rows[1:]))
     assert rows[0].to_json()["physics"] == ["a" * 16, "b" * 16]

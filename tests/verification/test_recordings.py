@@ -259,7 +259,9 @@ def test_a_recording_of_an_earlier_version_of_its_control_is_not_replayed(
     shutil.copy(recorded, path)
     with h5py.File(path, "r+") as file:
         del file.attrs["control_version"]  # as before it was kept
-    with pytest.raises(RecordingError, match="its macro-actions are of version 1, these of 2"):
+    with pytest.raises(
+        RecordingError, match="its macro-actions have version 1, this realbench has 2"
+    ):
         verify(path)
 
 

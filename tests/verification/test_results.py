@@ -270,7 +270,7 @@ def test_altered_goals_are_not_the_goals(
         ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "it keeps no commands"),
         (
             {"path": EVALUATION / "results/full-scale/real_r-IM-1-seed0-shipped.json"},
-            "cannot be replayed: its macro-actions are of version 1, these of 2",
+            "cannot be replayed: its macro-actions have version 1, this realbench has 2",
         ),
         ({"path": EVALUATION / "README.md"}, "cannot be read"),
         ({"scene": "moon"}, "unknown scene"),
@@ -338,7 +338,7 @@ def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
     """The same commands might have been chosen from images; docs/verification.md says so."""
     assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
     joints = altered(honest, ("setting", "condition"), lambda _: "OJ")
-    with pytest.raises(ResultError, match="its joints are of version 2, these of 1"):
+    with pytest.raises(ResultError, match="its joints have version 2, this realbench has 1"):
         verify(joints, goals_path)
     assert not verify(
         altered(joints, ("setting", "control_version"), lambda _: 1), goals_path
