@@ -40,7 +40,11 @@ def test_a_goal_refuses_what_it_cannot_be(goal_set, field, value, message):
     ("field", "value", "message"),
     [
         ("goals", (), "at least one goal"),
-        ("goals", (make_goal(np.random.default_rng(0), n_objects=1),), "goal 0 places 1 objects"),
+        (
+            "goals",
+            (make_goal(np.random.default_rng(0), n_objects=1),),
+            "goal 0 places 1 object, but the set names 2",
+        ),
         ("object_names", ("cube", "cube"), "name each once"),
         ("object_names", ("cube", "a name"), "'a name' must match"),
         ("scene", "", "name '' must match"),

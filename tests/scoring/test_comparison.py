@@ -77,7 +77,7 @@ def test_worse_beyond_chance_is_said() -> None:
 @pytest.mark.parametrize(
     ("other", "told"),
     [
-        (made([0.1]), "not on the same goals: 2 and 1, of which 1 in common"),
+        (made([0.1]), "not on the same goals: 2 and 1, 1 of them in common"),
         (made([0.1, 0.1], goals_sha256="6" * 64), "0 of them in common"),
         (made([0.1, 0.1], scene_sha256="6" * 64), "differ in scene sha256"),
         (made([0.1, 0.1], control_version=2), "two versions of macro-actions"),
