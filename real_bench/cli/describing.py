@@ -102,7 +102,7 @@ def describe_experiment(path: Path) -> dict[str, Any]:
 
 
 def print_facts(facts: dict[str, Any]) -> None:
-    """Print facts for a person, one a line."""
+    """Print facts for a person, one per line."""
     width = max(map(len, facts))
     for name, value in facts.items():
         say(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")

@@ -61,7 +61,7 @@ def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerP
                 progress.n_steps, f"{rate:,.0f} steps/s, {moved:.0%} of actions moved an object"
             )
 
-        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
             return phase.run(report, resume=resume, overwrite=overwrite, activity=display.activity)
 
 
@@ -137,7 +137,7 @@ def run_trials(
         def report(result: Result) -> None:
             display.update(len(result.trials), f"score {result.score:.3f}")
 
-        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
             return phase.run(
                 report,
                 resume=resume,

@@ -61,7 +61,7 @@ def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboar
         folders = [folder for folder in folders if folder.name == name]
     if not folders:
         lines = f"no round {name}" if name and known else "no round"
-        more = f" (there are {', '.join(known)})" if known else " (`realbench round run` makes one)"
+        more = f" (use {', '.join(known)})" if known else " (`realbench round run` makes one)"
         raise ExperimentError(f"{results} holds {lines}{more}")
     return [_leaderboard(folder) for folder in folders]
 

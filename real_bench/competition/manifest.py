@@ -90,7 +90,7 @@ class Submission(BaseModel):
 
     @property
     def class_name(self) -> str:
-        """The controller's class; empty where it is the only one."""
+        """The controller's class; empty if it is the only one."""
         return self.entry.partition(":")[2]
 
     @property

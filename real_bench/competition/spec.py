@@ -35,7 +35,7 @@ class Round(Record):
             ``none``: they are tested as they are.
         recordings: files, one per repeat; only with ``play: given``.
         steps, trial_steps: how long a play, and a trial, lasts.
-        repeats, seed: how many plays, with seeds from this one on.
+        repeats, seed: how many plays; seeds count up from this one.
         limits: what a submission may use up, in each play and each test.
         failure: how a failed submission counts: ``zero``, or ``excluded``.
         ties: ``paired``: submissions share a rank if the paired comparison cannot tell them from
@@ -95,7 +95,7 @@ class Round(Record):
 
 
 class Competition(Described):
-    """Rounds, and where they are held.
+    """The rounds of a competition.
 
     Attributes:
         folder: of the file that describes it; paths in it are relative to this.

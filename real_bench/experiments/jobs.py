@@ -38,7 +38,7 @@ class OnSteps(Protocol):
 
         Args:
             done: how many.
-            busy: what its controller has been busy with for a while; empty where it plays.
+            busy: what its controller has been busy with for a while; empty while it plays.
         """
 
 

@@ -105,7 +105,7 @@ class ExtrinsicPhase:
 
     @property
     def goal_numbers(self) -> tuple[int, ...]:
-        """The goals to be tested, ascending; those of a shorter test are among them."""
+        """The goals to test, ascending; they include those of a shorter test."""
         return goals_in_proportion(self.plan.goal_set.classes, self.n_trials)
 
     def _identity(self) -> Identity:

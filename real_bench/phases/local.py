@@ -134,7 +134,7 @@ class LocalProxy:
             raise fault(self, "learns_across_trials must be set on the class, not on the instance")
 
     def call(self, hook: str, *arguments: Any) -> Any:
-        """Call a hook, or do nothing where there is none; raises ControllerError."""
+        """Call a hook, if there is one; raises ControllerError."""
         if not (self._hooks_of_ours or hook in OFFICIAL_HOOKS):
             return None
         bound = getattr(self._controller, hook, None)
@@ -199,7 +199,7 @@ class LocalProxy:
         self.call("use_experience", experience)
 
     def explain(self) -> Explanation | None:
-        """Why it chose its last action, where it says so."""
+        """Why it chose its last action, if it says so."""
         explanation = self.call("explain")
         if explanation is not None and not isinstance(explanation, Explanation):
             raise fault(

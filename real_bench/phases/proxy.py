@@ -28,7 +28,7 @@ class Identity:
 
     Attributes:
         class_name: of its class.
-        file: the file that defines it; empty where there is none.
+        file: the file that defines it; empty if there is none.
         code_sha256: hash of all code that it could import as its own.
         action_level: whether it decides on whole actions (else: one call a step).
         uses_images: whether it learns from recorded images in every condition.
@@ -87,7 +87,7 @@ class ControllerProxy(Protocol):
         """The next step's command, and whether images are wanted with the next observation."""
 
     def explain(self) -> Explanation | None:
-        """Why it chose its last action, where it says so."""
+        """Why it chose its last action, if it says so."""
 
     def take_logged(self) -> list[Entry]:
         """The numbers that it logged since the last call."""

@@ -27,7 +27,7 @@ from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
 MAKING = "making-"
-"""What the file is called, but for its end, that is there while a process makes its worker."""
+"""Stem of the file that exists while a process makes its worker."""
 SECONDS_BETWEEN_LOOKS = 0.5
 
 Item = TypeVar("Item")

@@ -224,7 +224,7 @@ def turn_and_lean(quaternion: Array) -> tuple[float, float]:
 
 
 def deed_of(action_space: Any) -> Deed:
-    """The form of action that a condition allows; raises RealBenchError where there is none."""
+    """The form of action that a condition allows; raises RealBenchError if there is none."""
     if "macro_action" in action_space.spaces:
         return Push(action_space)
     if "cartesian_command" in action_space.spaces:

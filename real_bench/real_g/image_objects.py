@@ -149,7 +149,7 @@ class ImageObjects:
             self._hand_eye.fit(self._contingencies(), np.random.default_rng(self._seed))
 
     def rows(self, first: int = 0) -> Array:
-        """x, y, z of each thing at each moment from the first one on, (k, n_objects, 3) metres.
+        """x, y, z of each thing at each moment since the first, (k, n_objects, 3) metres.
 
         An unseen thing stays where it was last seen; NaN before it was ever seen.
         """

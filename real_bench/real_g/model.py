@@ -37,7 +37,7 @@ class ContingencyModel:
         return self._networks.trained
 
     def train(self, features: Array, contingency: Array, steps: int) -> None:
-        """Learn anew from n actions: (n, F) and (n,) from 0 to 1."""
+        """Learn from scratch from n actions: (n, F) and (n,) from 0 to 1."""
         target = torch.from_numpy(contingency.astype(np.float32))
 
         def loss(outputs: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
@@ -97,10 +97,10 @@ class OutcomeModel:
         return self._networks.trained
 
     def train(self, features: Array, outcomes: Array, stays: Array, steps: int) -> None:
-        """Learn anew from n actions.
+        """Learn from scratch from n actions.
 
         Args:
-            features: what is told of each, (n, F).
+            features: of each, (n, F).
             outcomes: the outcome of each, (n, 3).
             stays: the outcome of each if nothing had moved, (n, 3).
             steps: of training.
@@ -146,7 +146,7 @@ class OutcomeModel:
         return logits, base + rest[:, :, :, 0], logs
 
     def _bases(self, stays: Array) -> torch.Tensor:
-        """Where the Gaussians are told from, (n, K, 3)."""
+        """The origins of the Gaussians' means, (n, K, 3)."""
         base = torch.zeros(len(stays), 2 * self._pairs, SIZE)
         stay = torch.from_numpy((stays / self._scale).astype(np.float32))
         base[:, : self._pairs] = stay[:, None]

@@ -56,7 +56,7 @@ class Ensemble:
 
     @fixed_threads
     def train(self, features: Array, loss: Loss, steps: int) -> None:
-        """Learn anew.
+        """Learn from scratch.
 
         Args:
             features: (n, F).

@@ -83,7 +83,7 @@ class SeenPoses:
         self._rows = list(rows)
 
     def rows(self, first: int = 0) -> Array:
-        """Of each object at each moment from the first one on, (k, n_objects, 7)."""
+        """Rows of each object at each moment since the first, (k, n_objects, 7)."""
         return np.array(self._rows[first:])
 
     def now(self, observation: Mapping[str, Any]) -> Array:

@@ -43,7 +43,7 @@ class SeenImages:
         return self._objects.changed()
 
     def recall(self, experience: Experience, path_of: Callable[[Action], Array | None]) -> None:
-        """Begin anew with all of a play; raises RecordingError."""
+        """Start over with a whole play; raises RecordingError."""
         home = iter(is_home(experience.joint_positions).tolist())
         paths = dict(zip(experience.preconditions.tolist(), range(len(experience)), strict=True))
         moments = iter(range(experience.n_states))

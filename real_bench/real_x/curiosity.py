@@ -110,13 +110,13 @@ class Curiosity:
         return action
 
     def _see(self, observation: Mapping[str, Any]) -> None:
-        if len(self._preconditions) > len(self._outcomes):  # it acted: this is what came of it
+        if len(self._preconditions) > len(self._outcomes):  # it acted: this is the outcome
             self._outcomes.append(len(self._images))
         self._images.append(self._eyes.shrink(observation["retina"]))
         self._home.append(bool(is_home(observation["joint_positions"])))
 
     def _learn(self, n: int) -> None:
-        """Learn anew from the first n actions."""
+        """Learn again from the first n actions."""
         log.info("learning what %d actions changed", n)
         before, after = self._preconditions[:n], self._outcomes[:n]
         images = np.array(self._images[: after[-1] + 1])

@@ -12,7 +12,7 @@ from real_bench.quoting import quoted
 
 FORMAT = "realbench-result"
 VERSION = 3
-"""Of what is written. Versions 1 and 2 had a summary, too; version 1 no commands and no seal."""
+"""Version of written files. 1 and 2 also had a summary; 1 had no commands and no seal."""
 
 LARGEST_FILE = 2**28
 """Bytes; fifty trials in which each step had another command take some 50 million."""

@@ -34,7 +34,7 @@ def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:
     """
     header = recording.header
     if header.scene_sha256 != scene.sha256:
-        yield f"it is of another scene than {scene.name} ({scene.sha256[:12]})"
+        yield f"it was made in another scene than {scene.name} ({scene.sha256[:12]})"
     elif (header.scene, header.object_names) != (scene.name, scene.object_names(header.objects)):
         yield f"it names another scene or other objects than {scene.name} has"
     misshapen = list(_misshapen(recording))

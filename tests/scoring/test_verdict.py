@@ -30,7 +30,7 @@ def test_worse_than_the_baseline_fails_and_better_passes() -> None:
 def test_an_unfinished_result_fails() -> None:
     verdict = judge([made([0.1, 0.1], n_goals=3)])
     assert not verdict.passed
-    assert verdict.checks[0].detail == "2 of 3 goals, not finished: 3 were asked for"
+    assert verdict.checks[0].detail == "2 of 3 goals, not finished: 3 asked for"
     assert not judge([made([0.1, 0.1], n_goals=3)], allow_part=True).passed
 
 
