@@ -89,7 +89,10 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "real_r", "--steps", "0"), "--steps must be at least 1, not 0"),
         (("--controller", "real_r", "--steps", "-5"), "--steps must be at least 1, not -5"),
         (("--controller", "real_r", "--seed", "-1"), "--seed must be 0 to 2**63 - 1, not -1"),
-        (("--controller", "real_r", "--condition", "IM", "--no-images"), "record them"),
+        (
+            ("--controller", "real_r", "--condition", "IM", "--no-images"),
+            "needs images: leave out --no-images",
+        ),
         (("--controller", "real_r", "--out", "no/such/run.h5"), "cannot write into no/such"),
         (("--controller", "real_r", "--out", "/proc/run.h5"), "cannot write into /proc"),
         (("--controller", "real_r", "--out", "."), "is a folder"),
@@ -97,7 +100,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--resume", "--out", "text.h5"), "text.h5 cannot be read"),
         (("--resume", "--out", "newer.h5"), "schema version 99"),
         (("--resume", "--seed", "3"), "cannot be resumed"),
-        (("--resume", "--steps", "10"), "already holds 1,000 steps, 10 asked"),
+        (("--resume", "--steps", "10"), "already holds 1,000 steps, 10 were asked for"),
     ],
 )
 def test_intrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:

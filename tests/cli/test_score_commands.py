@@ -36,7 +36,7 @@ def test_compare_takes_files_folders_and_patterns(folder: Path, near: str) -> No
 def test_score_passes_and_fails_by_its_exit_code(folder: Path) -> None:
     realbench(folder, "score", "near", "--min", "0.3", "--baseline", "far.json")
     failed = realbench(folder, "score", "far.json", "--min", "0.3", code=3)
-    assert "not passed: minimum: 0.0156, at least 0.3 is asked" in failed.stderr
+    assert "not passed: minimum: 0.0156, at least 0.3 required" in failed.stderr
     done = realbench(folder, "score", "far.json", "--baseline", "near/seed0.json", code=3)
     assert "not worse than the baseline" in done.stderr
 

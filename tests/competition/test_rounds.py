@@ -161,5 +161,5 @@ def test_links_and_outsiders_are_left_behind(place: Path) -> None:
         archive.writestr("submission.yaml", "name: x")
         archive.writestr("../../escaped.py", "owned")
     realbench(place, "round", "run", "submissions", rounds(place))
-    assert "leads elsewhere" in rows_of(place)["evil"]["detail"]
+    assert "leads out of its folder" in rows_of(place)["evil"]["detail"]
     assert not list(place.rglob("escaped.py"))

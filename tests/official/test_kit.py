@@ -134,7 +134,7 @@ def test_the_contract_of_2019_is_told(kit: Path) -> None:
         "        return {'joint_command': self.action_space.sample()}\n"
     )
     done = realbench(kit, "check", "old.py", "--condition", "IJ", code=1)
-    assert "takes the action space alone, as in the competition of 2019" in done.stdout
+    assert "takes only the action space, as in the competition of 2019" in done.stdout
 
 
 def test_the_deepest_line_of_the_submission_is_blamed(kit: Path) -> None:

@@ -130,7 +130,7 @@ def test_a_file_that_is_no_recording_is_told(tmp_path: Path) -> None:
 def test_a_recording_of_another_scene_is_not_replayed(
     recorded: Path, official_scene: Scene
 ) -> None:
-    with pytest.raises(RecordingError, match="is of scene builtin"):
+    with pytest.raises(RecordingError, match="was made in scene builtin"):
         PartReplay(recorded, 0, 1, "official").run(print, 50, ignore)
 
 

@@ -283,5 +283,5 @@ def test_images_can_be_compared_only_where_they_are(builtin_scene: Scene, tmp_pa
 def test_another_scene_is_a_fault(recorded: Path, official_scene: Scene) -> None:
     verdict = verify(recorded, scene=official_scene.source)
     assert not verdict.holds
-    assert "it is of another scene than official" in verdict.lines()[-1]
+    assert "it was made in another scene than official" in verdict.lines()[-1]
     assert verdict.n_steps == 0

@@ -116,7 +116,7 @@ def test_the_controller_is_checked_and_not_run(
     assert not asked.holds
     assert "not the one that was tested" in asked.faults[0]
     (tmp_path / "mine.py").unlink()
-    assert "is not here" in " ".join(verify(path, goals_path).notes)
+    assert "not found, so its hash was not checked" in " ".join(verify(path, goals_path).notes)
     with pytest.raises(ControllerError, match="controller file not found"):
         verify(path, goals_path, controller=spec)
     assert not verify(honest, goals_path, controller="real_d").holds
