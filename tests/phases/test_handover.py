@@ -57,7 +57,7 @@ def test_a_helper_that_was_edited_does_not_go_on_with_a_result(place: Path) -> N
     (place / "helper.py").write_text("END = -0.3\n")
     again = ("--trials", "2", "--resume")
     refused = realbench(place, "extrinsic", *TEST, *again, code=1).stderr
-    assert "was learned with other code" in refused
+    assert "was learned with different code" in refused
     refused = realbench(place, "extrinsic", *TEST, *again, "--keep-learned", code=1).stderr
     assert "is of another test and cannot be resumed: controller_sha256 differ" in refused
     assert (place / "score.json").read_bytes() == before
