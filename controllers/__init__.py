@@ -1,1 +1,1 @@
-"""The paper's controllers, a short file each: what a user copies to begin their own."""
+"""The paper's controllers, one short file each, to copy as a start for your own."""

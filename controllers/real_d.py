@@ -20,7 +20,7 @@ from real_bench.settings import Settings
 
 
 class ImageSettings(Settings):
-    """Settings of what an image condition's states are made of.
+    """Settings of the states in image conditions.
 
     Attributes:
         width, height: of the images, in cells.
@@ -43,7 +43,7 @@ class RealDSettings(Settings):
 class RealD(RealX):
     """Explores at random; plans at the finest level of abstraction that has a plan.
 
-    States are the objects' positions where these are seen, else images.
+    States are the objects' positions if these are seen, otherwise images.
     """
 
     Settings = RealDSettings

@@ -1,4 +1,4 @@
-"""REAL-G: plays with goals of its own, learns what a hand can do to objects, plans by that."""
+"""REAL-G: plays with its own goals, learns what a hand can do to objects, and plans with that."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RealGSettings(Settings):
 
 
 class RealGSeen(RealG):
-    """REAL-G with a hand or macros; sees objects in images where their positions are not told."""
+    """REAL-G with a hand or macros; finds objects in images if their positions are not given."""
 
     Settings = RealGSettings
 

@@ -19,7 +19,7 @@ class RealILDSettings(SightSettings):
 
 
 class RealILD(RealX):
-    """Does at play what it predicts to change something; plans over latent variables."""
+    """At play, does what it predicts will change something; plans over latent variables."""
 
     Settings = RealILDSettings
     uses_images = True

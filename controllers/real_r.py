@@ -13,7 +13,7 @@ from real_bench.real_x import RandomExplorer
 
 
 class RealR(Controller):
-    """Does what the random explorer does, in tests as at play."""
+    """Follows the random explorer, both at play and in tests."""
 
     def __init__(self, action_space: Any, observation_space: Any) -> None:
         super().__init__(action_space, observation_space)
@@ -25,11 +25,11 @@ class RealR(Controller):
         self._explorer = RandomExplorer(self.action_space, self._random)
 
     def get_state(self) -> ControllerState:
-        """Where in its random sequence it is."""
+        """Its place in its random sequence."""
         return {"random": self._random.bit_generator.state}
 
     def set_state(self, state: ControllerState) -> None:
-        """Go on in the random sequence."""
+        """Continue the random sequence."""
         self._random.bit_generator.state = state["random"]
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:

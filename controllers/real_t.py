@@ -19,7 +19,7 @@ class RealTSettings(Settings):
 
     Attributes:
         thresholds: in x and y, metres, the same for each object; the default is the paper's best.
-        planner: of the planner.
+        planner: settings of the planner.
     """
 
     thresholds: tuple[Metres, Metres] = (0.02, 0.04)
@@ -38,7 +38,7 @@ class RealT(RealX):
             )
 
         if "object_positions" not in observation_space.spaces:
-            raise ControllerError("its thresholds are of positions: it needs an O condition")
+            raise ControllerError("its thresholds are for positions: use an O condition")
         super().__init__(
             action_space,
             observation_space,

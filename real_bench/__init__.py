@@ -4,7 +4,7 @@
 >>> env = real_bench.make_env(scene="builtin", condition="OM", objects=1)
 >>> observation, info = env.reset(seed=0)
 
-The names below are loaded when they are first used.
+The names below are loaded on first use.
 
 ========================= ======================================================================
 environment               ``make_env``; or ``gymnasium.make("RealBench/REAL-OM-v0")``

@@ -22,25 +22,24 @@ ACTION_S = 1000 * STEP_S
 
 
 class ActionEnv(OneWorldEnv):
-    """REAL, one macro-action (1000 steps, 5 s) a call; a library of reinforcement learning can use
+    """REAL, one macro-action (1000 steps, 5 s) per call; reinforcement learning libraries can use
     it as it is.
 
     An action is x1, y1, x2, y2 (metres): push along the table from the first to the second point.
     Observations are a dict of boxes: joints and touch; in O conditions positions and orientations
-    of the objects, one after the other; in I conditions the camera image. With goals also
-    ``goal_positions`` in O, and ``goal`` in I, the image.
+    of the objects, concatenated; in I conditions the camera image. With goals also
+    ``goal_positions`` in O, and the image ``goal`` in I.
 
-    The benchmark has no reward: it is always 0, and ``terminated`` never true. Whoever trains
-    brings a reward of their own, in a wrapper. When a trial is truncated, ``info["score"]`` is the
-    goal's score.
+    The benchmark has no reward: it is always 0, and ``terminated`` is never true. For training, add
+    your own reward in a wrapper. When a trial is truncated, ``info["score"]`` is the goal's score.
 
     Args:
         condition: OM or IM.
         objects: number of objects, 1 to as many as the scene has.
-        scene: ``official``, ``builtin`` or the path of a manifest.
+        scene: ``official``, ``builtin`` or the path to a manifest.
         goals: a goal set or its file, for the extrinsic phase: every ``reset`` begins a trial with
             the next goal, or that of ``options={"goal": k}``.
-        max_steps: simulation steps until truncation, where it is not to be the phase's length.
+        max_steps: simulation steps until truncation; by default the phase's length.
         render_mode: ``rgb_array`` (the robot's camera) or ``human`` (pybullet's window).
 
     Raises:
@@ -79,7 +78,7 @@ class ActionEnv(OneWorldEnv):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Begin anew in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
+        """Begin in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
         super().reset(seed=seed)
         observation, info = self._env.reset(seed=seed, options=options)
         return self._flat(observation), info
@@ -87,12 +86,12 @@ class ActionEnv(OneWorldEnv):
     def step(
         self, action: NDArray[np.float64]
     ) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """One macro; raises ActionError for what is not four finite numbers."""
+        """One macro; raises ActionError for anything but four finite numbers."""
         keys, truncated, info = self._env.execute(Action.macro(action))
         return self._flat(keys), 0.0, False, truncated, info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The camera's image (240, 320, 3) in mode ``rgb_array``; the window shows itself."""
+        """The camera's image (240, 320, 3) in mode ``rgb_array``; a window updates itself."""
         return self._env.render()
 
     def close(self) -> None:
@@ -105,7 +104,7 @@ class ActionEnv(OneWorldEnv):
 
 
 def flattened(value: Any) -> NDArray[Any]:
-    """An observation's value as one array: what objects have is joined in their order."""
+    """An observation's value as one array; values per object are joined in their order."""
     if isinstance(value, Mapping):
         return np.concatenate([np.asarray(one) for one in value.values()])
     return np.asarray(value)
@@ -120,7 +119,7 @@ def flat_action_space(space: spaces.Space[Any]) -> spaces.Box:
 
 
 def flat_observation_space(space: spaces.Space[Any], *, goals: bool) -> spaces.Dict:
-    """Boxes of what is observed, and of the goal where there is one."""
+    """Boxes of what is observed, and of the goal if there is one."""
     assert isinstance(space, spaces.Dict)
     sees_objects = POSES[0] in space.spaces
     keys = [*NUMBERS, *(POSES if sees_objects else ("retina",))]

@@ -1,4 +1,4 @@
-"""Whole actions: command vectors (see :mod:`real_bench.controls`), each given for some steps."""
+"""Whole actions: command vectors (see :mod:`real_bench.controls`), each held for some steps."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 Command = NDArray[np.float64]
 
 ACTION_STEPS = 1000
-"""How long an action of the paper's Explorer lasts, and a macro."""
+"""Length of an action of the paper's Explorer, and of a macro."""
 
 LONGEST_STEPS = 1_000_000_000
-"""No phase is longer; so the duration of an action is a sum that cannot overflow."""
+"""No phase is longer, so that the duration of an action cannot overflow."""
 
 VIA_POINT_STEPS = 850
 """Steps of a via-point action that follow the points; the rest is spent at home."""
@@ -31,12 +31,12 @@ VIA_POINT_STEPS = 850
 
 @dataclass(frozen=True)
 class Action:
-    """A whole action: commands, each given for some steps.
+    """A whole action: commands, each held for some steps.
 
     Attributes:
         commands: command vectors, (k, size) float64; a row of NaN is no command.
-        n_steps: how long each is given, (k,) positive integers.
-        line: whether the command moves on a straight line from the one before (home at first)
+        n_steps: how long each is held, (k,) positive integers.
+        line: whether the command moves on a straight line from the previous one (at first, home)
             to this one, (k,) bool; only joints can.
     """
 
@@ -83,8 +83,8 @@ class Action:
     def via_points(cls, points: ArrayLike) -> Action:
         """Joints through via points, (n, 9) radians, from home and back (paper, REAL-LD).
 
-        The home posture and the n points are joined by straight lines over 850 steps, point k
-        reached at the floor of its evenly spaced step; then 150 steps of home.
+        The home posture and the n points are joined by straight lines over 850 steps; point k is
+        reached at its evenly spaced step, rounded down; then 150 steps at home.
         """
         vias = finite(any_numbers(points, "via points"), "via points")
         if vias.ndim != 2 or vias.shape[1] != 9 or len(vias) == 0:
@@ -107,15 +107,15 @@ class Action:
 
     @classmethod
     def rest(cls, size: int, n_steps: int = ACTION_STEPS) -> Action:
-        """No command: go home and stay there. ``size`` is that of a command vector."""
+        """No command: go home and stay there. ``size`` is the length of a command vector."""
         return cls(np.full((1, size), np.nan), np.array([n_steps]), np.array([False]))
 
     def commanded(self, moments: ArrayLike) -> NDArray[np.float64]:
-        """What is commanded at some moments, (k, size).
+        """The commands at some moments, (k, size).
 
         Args:
-            moments: (k,) steps since the action began, 0 to its duration; of two commands that
-                meet there, it is the earlier one.
+            moments: (k,) steps since the action began, 0 to its duration; where two commands meet,
+                the earlier one counts.
         """
         at = np.clip(np.asarray(moments, np.float64), 0, self.duration)
         ends = np.cumsum(self.n_steps)
@@ -126,14 +126,14 @@ class Action:
         return np.asarray(before + (self.commands[row] - before) * part, np.float64)
 
     def first(self, n_steps: int) -> Action:
-        """The first steps of the action; the action itself where it is no longer than that."""
+        """The first steps of the action; the action itself if it is no longer."""
         if n_steps >= self.duration:
             return self
         starts = np.cumsum(self.n_steps) - self.n_steps
         kept = int((starts < n_steps).sum())
         durations = np.minimum(self.n_steps, n_steps - starts)[:kept]
         commands = self.commands[:kept].copy()
-        if self.line[kept - 1]:  # a line that is cut ends on its way
+        if self.line[kept - 1]:  # a truncated line ends midway
             before = commands[kept - 2] if kept > 1 else np.zeros(commands.shape[1])
             part = durations[-1] / self.n_steps[kept - 1]
             commands[-1] = before + (commands[-1] - before) * part
@@ -141,7 +141,7 @@ class Action:
 
 
 def action_segments(action: Action, control: Control, simulation: Simulation) -> Iterator[Segment]:
-    """The joint commands of a whole action, made as they are needed."""
+    """The joint commands of a whole action, computed on demand."""
     before = np.zeros(control.size)
     for command, n_steps, line in zip(action.commands, action.n_steps, action.line, strict=True):
         if line:
@@ -164,7 +164,9 @@ def check_action(action: object, control: Control) -> Action:
     """A copy of the action if it is one that ``control`` can execute; raises ActionError if not."""
     if type(action) is not Action:  # an object may claim any class, and a subclass do anything
         raise ActionError(f"an action was expected, not {short(action)}")
-    action = Action(action.commands, action.n_steps, action.line)  # frozen is not unchangeable
+    action = Action(
+        action.commands, action.n_steps, action.line
+    )  # frozen does not mean unchangeable
     if action.commands.shape[1] != control.size:
         raise ActionError(
             f"commands must be of shape (k, {control.size}), not {action.commands.shape}"
@@ -189,7 +191,7 @@ def check_command(command: NDArray[Any], control: Control) -> Command:
 
 
 def _own(value: object, what: str, kind: type[Any]) -> NDArray[Any]:
-    """A read-only copy of an action's array, as the kind of numbers that it must be."""
+    """A read-only copy of an action's array, with the required type of numbers."""
     try:
         given = np.array(value)
         if np.iscomplexobj(given):

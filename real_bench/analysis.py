@@ -1,4 +1,4 @@
-"""The paper's analyses (section Results) as arrays: of what was played, seen, and scored.
+"""The paper's analyses (section Results) of plays, latent codes and scores, as arrays.
 
 Pure: arrays in, arrays and records out. Lengths are metres.
 """
@@ -20,18 +20,18 @@ from real_bench.scoring.result import Result
 Floats = NDArray[np.float64]
 
 NEAR_M = (0.01, 0.20)
-"""The range in which the paper looks at distances once more."""
+"""The range of distances in which the paper takes a second look."""
 
 ACTIONS_A_PERIOD = 500
 
 CELL_M = 0.025
 MARGIN_CELLS = 4
-"""How far coverage is counted beyond the region that is asked for."""
+"""How far coverage is counted beyond the given region."""
 
 
 @dataclass(frozen=True)
 class PairDistances:
-    """How far apart pairs of states are, in latent and in real space.
+    """Distances of pairs of states in latent and in real space.
 
     Attributes:
         latent, real: of each pair, (n,); real ones in metres.
@@ -54,14 +54,14 @@ class PairDistances:
 
     @property
     def spearman(self) -> float:
-        """Spearman's rank correlation; NaN where one of the two never varies."""
+        """Spearman's rank correlation; NaN if one of the two never varies."""
         from scipy.stats import rankdata
 
         return _correlation(rankdata(self.latent), rankdata(self.real))
 
     @property
     def pearson(self) -> float:
-        """Pearson's correlation; NaN where one of the two never varies."""
+        """Pearson's correlation; NaN if one of the two never varies."""
         return _correlation(self.latent, self.real)
 
 
@@ -73,13 +73,13 @@ def pair_distances(
     Args:
         states: codes of n states, (n, V).
         positions: of the objects in them, (n, n_objects, 3) metres; the real distance of two
-            states is that of all objects' coordinates together.
+            states is over all objects' coordinates together.
         n_pairs: how many pairs.
-        random: where the draws come from.
+        random: the generator for drawing.
     """
     if len(states) != len(positions) or len(states) < 2:
         raise RealBenchError(
-            f"pairs are drawn from 2 states or more with their positions, not {len(states)} "
+            f"pairs need at least 2 states, and as many positions, not {len(states)} "
             f"and {len(positions)}"
         )
     first, second = random.integers(len(states), size=(2, n_pairs))
@@ -105,10 +105,10 @@ def planar(
 
 
 def action_lengths(displacements: Floats) -> Floats:
-    """How far the actions that moved something moved it most, sorted, (k,) metres.
+    """The largest displacement by each action that moved something, sorted, (k,) metres.
 
     Args:
-        displacements: of each object by each action, (n, n_objects), as a recording tells them.
+        displacements: of each object by each action, (n, n_objects), as a recording has them.
     """
     farthest = displacements.max(axis=1, initial=0.0)
     return np.asarray(np.sort(farthest[farthest > MOVED_M]), np.float64)
@@ -122,7 +122,7 @@ def effective_actions(triplets: Triplets, abstraction: DynamicAbstraction) -> ND
 
 
 def levels_below(abstraction: DynamicAbstraction, length: float) -> NDArray[np.int64]:
-    """At how many levels each variable's threshold is below a length, (V,); these come first."""
+    """The number of levels at which each variable's threshold is below a length, (V,)."""
     return np.asarray((abstraction.thresholds < length).sum(axis=0), np.int64)
 
 
@@ -131,10 +131,10 @@ def moves_by_period(displacements: Floats, period: int = ACTIONS_A_PERIOD) -> ND
 
     Args:
         displacements: (n, n_objects) metres.
-        period: actions that are counted together; the last ones may be fewer.
+        period: actions per period; the last one may be shorter.
     """
     if period < 1:
-        raise RealBenchError(f"a period has at least 1 action, not {period}")
+        raise RealBenchError(f"a period must have at least 1 action, not {period}")
     moved = displacements.max(axis=1, initial=0.0) > MOVED_M
     starts = np.arange(0, len(moved), period)
     return np.add.reduceat(moved, starts, dtype=np.int64) if len(moved) else np.zeros(0, np.int64)
@@ -147,14 +147,14 @@ def scores_by_goal(results: Sequence[Result]) -> tuple[tuple[str, ...], Floats]:
         for result in results
     }
     if len(kinds) != 1:
-        raise RealBenchError("scores by goal need results of the same goals of one set")
+        raise RealBenchError("scores by goal need results on the same goals of one set")
     scores = [[trial.score for trial in result.trials] for result in results]
     classes = tuple(trial.challenge for trial in results[0].trials)
     return classes, np.asarray(np.mean(scores, axis=0), np.float64)
 
 
 def score_by_length(results: Sequence[Result]) -> tuple[NDArray[np.int64], Floats]:
-    """Lengths of play in steps, ascending, and the mean score after each, (k,) both."""
+    """Lengths of play in steps, ascending, and the mean score after each, both (k,)."""
     lengths = np.array([result.setting.run_steps for result in results], np.int64)
     scores = np.array([result.score for result in results])
     each = np.unique(lengths)
@@ -176,7 +176,7 @@ class Coverage:
     y_edges: Floats
 
     def share_visited(self, low: tuple[float, float], high: tuple[float, float]) -> float:
-        """The share of cells visited of those with their centre in a region, x and y in metres."""
+        """The share of visited cells among those centred in a region, x and y in metres."""
         centres = [(edges[1:] + edges[:-1]) / 2 for edges in (self.x_edges, self.y_edges)]
         inside = [
             (centre > a) & (centre < b) for centre, a, b in zip(centres, low, high, strict=True)

@@ -1,7 +1,7 @@
-"""What a notebook needs: the two phases, experiments, scores, comparisons, figures.
+"""The API for notebooks: the two phases, experiments, scores, comparisons, figures.
 
-Each function does what the command of its name does, and gives back what came of it. Paths may be
-text. What is left out comes from the recording or the goals, or is the command's default.
+Each function does what the command of its name does, and returns the outcome. Paths may be text.
+What is left out comes from the recording or the goals, or is the command's default.
 """
 
 from __future__ import annotations
@@ -64,18 +64,18 @@ def run_intrinsic(
     """Let a controller play, as ``realbench intrinsic`` does (paper, section Scenario).
 
     Args:
-        controller: name, ``module:Class`` or file; may be left out where a run is resumed.
+        controller: name, ``module:Class`` or file; may be left out to resume a run.
         out: the recording, HDF5.
         condition: two letters, IM by default.
         objects: how many, 1 by default.
         scene: ``official`` (the default), ``builtin``, or a manifest.
         steps: simulation steps of 5 ms; 15,000,000 by default.
         seed: of the controller's randomness, 0 by default.
-        images: whether to record them; by default where the condition or the controller needs it.
+        images: whether to record them; by default if the condition or the controller needs them.
         settings: values for the controller's settings.
-        isolate: run the controller in a process of its own, where it reaches nothing else.
-        resume: go on with the recording where there is one.
-        overwrite: replace the recording where there is one.
+        isolate: run the controller in a process of its own that cannot reach anything else.
+        resume: continue the recording if it exists.
+        overwrite: replace the recording if it exists.
 
     Returns:
         The recording, open; close it, or use it as a context manager.
@@ -134,14 +134,14 @@ def run_extrinsic(
         objects: how many; the recording's by default.
         scene: its name or manifest; the recording's by default.
         seed: of the test; the recording's by default.
-        settings: values for the controller's settings, above those of the recording.
-        trials: test only so many goals, of all classes in proportion.
+        settings: values for the controller's settings; they override the recording's.
+        trials: test only this many goals, each class in proportion.
         trial_steps: length of a trial, 10,000 steps by default.
         jobs: number of processes; the scores do not depend on it.
         out: the result file, JSON.
-        isolate: run the controller in a process of its own, where it reaches nothing else.
-        resume: go on with the result file where there is one.
-        overwrite: replace the result file where there is one.
+        isolate: run the controller in a process of its own that cannot reach anything else.
+        resume: continue the result file if it exists.
+        overwrite: replace the result file if it exists.
 
     Raises:
         RealBenchError: something is wrong, before or while it runs; finished trials are kept.
@@ -171,15 +171,15 @@ def run_extrinsic(
 
 
 def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True) -> list[Row]:
-    """The rows of an experiment's table, as ``realbench table`` makes them.
+    """Run an experiment as ``realbench table`` does; returns the rows of its table.
 
     Args:
         spec: the experiment's YAML file.
-        jobs: how many plays and tests at once; as many as there are cores by default.
-        make: make what is missing; else only what is there counts.
+        jobs: how many plays and tests at once; by default one per core.
+        make: run what is missing; otherwise only existing results count.
 
     Raises:
-        ExperimentError: it is wrongly described, or a play or test failed.
+        ExperimentError: it is invalid, or a play or test failed.
     """
     from real_bench.errors import ExperimentError, in_short
     from real_bench.experiments import read_spec
@@ -199,14 +199,14 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
 
 
 def load_goals(path: PathLike) -> GoalSet:
-    """Read a goal set; raises GoalSetError where it is not one."""
+    """Read a goal set; raises GoalSetError if it is not one."""
     from real_bench.goal_sets import load_goal_set
 
     return load_goal_set(Path(path))
 
 
 def load_result(path: PathLike) -> Result:
-    """Read a result; raises ResultError where it is not one, or was altered."""
+    """Read a result; raises ResultError if it is not one, or was altered."""
     from real_bench.scoring.result import load_result
 
     return load_result(Path(path))
@@ -219,13 +219,13 @@ def score(
     baseline: Result | Sequence[Result] | None = None,
     allow_part: bool = False,
 ) -> Verdict:
-    """Judge results, as ``realbench score`` does: whole, of full length, good enough?
+    """Judge results as ``realbench score`` does: complete, of full length, good enough?
 
     Args:
         results: of one controller; results on the same goal set are repeats.
-        minimum: the least mean score.
-        baseline: results on the same goals, than which these must not be worse beyond chance.
-        allow_part: let a finished test of a part of the goals pass, too.
+        minimum: the lowest mean score that passes.
+        baseline: results on the same goals; the others must not be worse beyond chance.
+        allow_part: also pass a finished test of only a part of the goals.
     """
     from real_bench.goal_sets import shipped_sizes
     from real_bench.scoring import verdict
@@ -246,7 +246,7 @@ def compare(a: Result | Sequence[Result], b: Result | Sequence[Result]) -> Compa
     """Compare two sets of results goal by goal, as ``realbench compare`` does.
 
     Raises:
-        ResultError: they are not of the same scene, number of objects, length and goals.
+        ResultError: scene, number of objects, length or goals differ.
     """
     from real_bench.scoring.comparison import compare
 
@@ -256,7 +256,7 @@ def compare(a: Result | Sequence[Result], b: Result | Sequence[Result]) -> Compa
 def draw_figures(
     recordings: Sequence[PathLike] = (), results: Sequence[PathLike] = ()
 ) -> dict[str, Figure]:
-    """The paper's figures that files have the data for, by name, as ``realbench figures``.
+    """The paper's figures for which files have the data, by name, as ``realbench figures``.
 
     Raises:
         RealBenchError: a file is not what it should be.
@@ -283,4 +283,4 @@ def _several(results: Result | Sequence[Result]) -> list[Result]:
 
 
 def _ignore(progress: object) -> None:
-    """Nobody watches."""
+    """Do nothing."""

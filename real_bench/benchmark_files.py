@@ -1,4 +1,4 @@
-"""Which files in a controller's folder are the benchmark's, and none of its business."""
+"""Which files in a controller's folder are the benchmark's, and hidden from it."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ FIRST_BYTES = 4096
 def is_ours(path: Path) -> bool:
     """Whether a file is a recording, a result or a goal set, ours or official, by its content.
 
-    What only looks like one to a library that reads it is nothing to be afraid of here: no such
-    library is asked.
+    Only bytes are looked at, no library opens the file; so a malicious file can do no harm.
     """
     try:
         with path.open("rb") as file:

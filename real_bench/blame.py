@@ -1,4 +1,4 @@
-"""Where an error of somebody's controller happened, in one line."""
+"""Where an error in a controller happened, in one line."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ OURS = Path(__file__).parent
 def blame(error: BaseException, place: Path | None = None) -> str:
     """What happened and where: the deepest line of the controller's own code.
 
-    Where that called a helper which lies elsewhere, the helper's line is told, too.
+    If that line called a helper elsewhere, the helper's line is added.
 
     Args:
         error: what was raised.
-        place: the folder or file of that code; without it, or where the error never went through
+        place: the folder or file of that code; without it, or if the error never went through
             it, the deepest line of all counts.
     """
     if isinstance(error, SyntaxError):
@@ -33,7 +33,7 @@ def blame(error: BaseException, place: Path | None = None) -> str:
 
 
 def says_enough(error: BaseException, place: Path | None) -> bool:
-    """Whether an error of ours needs no place: the controller raised it, or had no part in it."""
+    """Whether an error of ours needs no place: the controller raised it, or was not involved."""
     files = [frame.filename for frame in traceback.extract_tb(error.__traceback__)]
     raised_there = bool(files) and _is_in(files[-1], place)
     had_part = any(_is_in(file, place) for file in files)

@@ -1,4 +1,4 @@
-"""The conditions of the benchmark, by the paper's names: REAL_OM, REAL_IM, REAL_IJ and so on."""
+"""The conditions of the benchmark, as the paper names them: REAL_OM, REAL_IM, REAL_IJ etc."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Condition:
 
     @classmethod
     def parse(cls, name: str) -> Condition:
-        """``OM`` and the like; raises ConditionError with the valid names."""
+        """Parse a name like ``OM``; raises ConditionError with the valid names."""
         if len(name) == 2 and name[0] in PERCEPTIONS and name[1] in CONTROLS:
             return cls(name[0], name[1])
         raise ConditionError(f"unknown condition {name!r}: use one of {', '.join(CONDITION_NAMES)}")
@@ -45,11 +45,11 @@ class Condition:
 
     @property
     def control_version(self) -> int:
-        """Which version of its way of control this is."""
+        """The version of its way of control."""
         return self.control_type.version
 
     def control_misfit(self, version: int) -> str | None:
-        """Why what another version of this control did cannot be gone on with; None where it can.
+        """Why a run with another version of this control cannot be continued; None if it can.
 
         Args:
             version: of the control, as a recording or result has it.
@@ -57,8 +57,8 @@ class Condition:
         if version == self.control_version:
             return None
         return (
-            f"its {self.control_type.name} are of version {version}, these of "
-            f"{self.control_version}: the same commands move the robot a little differently"
+            f"its {self.control_type.name} have version {version}, this realbench has "
+            f"{self.control_version}: the same commands move the robot slightly differently"
         )
 
     @property

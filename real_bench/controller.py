@@ -3,18 +3,18 @@
 A controller is a class of one of two kinds:
 
 * derived from :class:`Controller`: it defines ``next_action`` (whole actions, which the benchmark
-  executes in its fast loop) or ``step`` (one call a simulation step), and as many of the hooks
+  executes in its fast loop) or ``step`` (one call per simulation step), and as many of the hooks
   below as it needs;
 * derived from :class:`BasePolicy`, the official class API: it defines ``step``. Only the hooks
-  marked with (*) are called; whatever else it defines is its own. It sees observations as the
+  marked with (*) are called; its other methods are its own. It sees observations as the
   official package makes them (``docs/official-api.md``).
 
-Either way it is made with the two spaces, and it is called in this order::
+Either way it is created with the two spaces, and called in this order::
 
     controller = YourClass(action_space, observation_space)                             (*)
     controller.seed(seed)
     # intrinsic phase
-    controller.set_state(state)                   # only where a run is resumed,
+    controller.set_state(state)                   # only if a run is resumed,
     controller.resume_intrinsic_phase(experience) # with what was recorded before the cut
     controller.start_intrinsic_phase()                                                  (*)
     controller.step(...) or .next_action(...)     # until the phase's steps are over    (*)
@@ -33,13 +33,13 @@ Either way it is made with the two spaces, and it is called in this order::
         controller.end_extrinsic_phase()                                                (*)
 
 With ``learns_across_trials`` there is no copy: one controller meets all goals in order, and
-``end_extrinsic_phase`` comes once, after the last. That is the default of the official class API,
-where it was so; a class may say otherwise.
+``end_extrinsic_phase`` is called once, after the last. This is the default for the official class
+API, which worked that way; a class may set it to false.
 
-At play a controller may note numbers of its own by ``self.log("loss", x)``; they are recorded.
+At play a controller may log numbers with ``self.log("loss", x)``; they are recorded.
 
-A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is made
-with a third argument, a record of that class, whose values a user sets by ``--set name=value``.
+A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is
+created with a third argument, a record of that class; users set its values by ``--set name=value``.
 
 A controller sees observations and spaces, never the simulation, the goal file or the score.
 """
@@ -59,14 +59,14 @@ __all__ = ["Action", "BasePolicy", "Controller", "ControllerState", "Experience"
 
 
 class BasePolicy:
-    """The official class API, one call a step; also importable as ``real_robots.policy``.
+    """The official class API, one call per step; also importable as ``real_robots.policy``.
 
     Attributes:
-        learns_across_trials: false for a controller of which every goal is to meet a copy, as the
-            intrinsic phase left it; then trials may be shared among processes.
+        learns_across_trials: false if every goal gets a copy of the controller, as the intrinsic
+            phase left it; then trials may be shared among processes.
         uses_images: true for a controller that learns from recorded images in every condition;
-            they are then recorded also where it sees positions.
-        Settings: the class of its settings, where it has any.
+            they are then recorded even if it sees positions.
+        Settings: the class of its settings, if it has any.
     """
 
     learns_across_trials = True
@@ -80,8 +80,8 @@ class BasePolicy:
     def step(self, observation: Mapping[str, Any], reward: float, done: bool) -> Mapping[str, Any]:
         """The action dict for the next step.
 
-        ``reward`` is always 0. The camera images of the next observation, also where that is given
-        to a hook, are zeros unless the action's ``render`` is true.
+        ``reward`` is always 0. The camera images of the next observation, even if it is passed to a
+        hook, are zeros unless the action's ``render`` is true.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step()")
 
@@ -112,9 +112,9 @@ class Controller(BasePolicy):
     """A controller with all the hooks of the benchmark; it defines ``next_action`` or ``step``.
 
     Attributes:
-        learns_across_trials: true for a controller that goes on learning from one trial to the
-            next. It is then tested in one process, goal after goal; any other one meets every
-            goal as the intrinsic phase left it.
+        learns_across_trials: true for a controller that keeps learning from one trial to the next.
+            It is then tested in one process, goal after goal; any other controller meets every goal
+            as the intrinsic phase left it.
     """
 
     learns_across_trials = False
@@ -122,33 +122,31 @@ class Controller(BasePolicy):
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """The next action; see :class:`real_bench.actions.Action` for how to make one.
 
-        What is not read from the observation is never computed, so images are free until asked
-        for, and are rendered whenever they are.
+        Values of the observation are computed only when read, so images cost nothing until then.
         """
         raise NotImplementedError(f"{type(self).__name__} has no next_action()")
 
     def seed(self, seed: int) -> None:
-        """Where a controller's randomness comes from; the same seed must give the same play."""
+        """Seed the controller's randomness; the same seed must give the same play."""
 
     def resume_intrinsic_phase(self, experience: Experience) -> None:
-        """Free play goes on after a cut, with what was recorded up to it.
+        """Free play continues after an interruption, with everything recorded before it.
 
         So memories of what was seen need not be part of the state.
         """
 
     def get_state(self) -> ControllerState:
-        """All that is needed to go on from here: generators, learned weights, counters."""
+        """Everything needed to continue from here: generators, learned weights, counters."""
         return {}
 
     def set_state(self, state: ControllerState) -> None:
-        """Go on from what :meth:`get_state` gave."""
+        """Continue from what :meth:`get_state` returned."""
 
     def use_experience(self, experience: Experience) -> None:
-        """The triplets of the intrinsic phase, as far as the condition lets them be seen.
+        """Learn from the triplets of the intrinsic phase, as far as the condition shows them.
 
-        Given at the end of the phase, where what is learned from them is kept with the state, and
-        again before the tests, after :meth:`set_state`: for a controller that did not play itself
-        this is the time to learn.
+        Called at the end of the phase, when what is learned is kept with the state, and again
+        before the tests, after :meth:`set_state`: a controller that did not play learns then.
         """
 
     def explain(self) -> Explanation | None:
@@ -156,18 +154,17 @@ class Controller(BasePolicy):
         return None
 
     def log(self, name: str, value: SupportsFloat) -> None:
-        """Note a number of one's own, such as a loss; at play it is kept in the recording.
+        """Log a number, e.g. a loss; at play it is kept in the recording.
 
-        It is recorded with the number of the step and of the action that had ended when it was
-        noted; what is noted within one action, and by ``use_experience`` at the end of the phase,
-        counts when that is over. ``realbench watch`` and ``realbench figures`` draw it. In trials
-        it goes nowhere.
+        It is recorded with the numbers of steps and actions that had ended by then; what is logged
+        within an action, or by ``use_experience`` at the end of the phase, counts at its end.
+        ``realbench watch`` and ``realbench figures`` draw it. In trials it is ignored.
 
         Args:
             name: 1 to 64 printable bytes (UTF-8).
             value: any real number, also infinite or NaN.
 
         Raises:
-            TypeError, ValueError: it is not such a name or number.
+            TypeError, ValueError: invalid name or number.
         """
         add_entry(self, name, value)

@@ -1,4 +1,4 @@
-"""The files that commands write and read where none is named."""
+"""The files that commands write and read by default."""
 
 from pathlib import Path
 

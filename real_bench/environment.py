@@ -29,11 +29,11 @@ class OneWorldEnv(gymnasium.Env[dict[str, Any], Any]):
     _spec: EnvSpec | None = None
 
     def __copy__(self) -> NoReturn:
-        raise SceneError("one world cannot be behind two objects: make another environment")
+        raise SceneError("an environment cannot be copied: make another one")
 
     @property
     def spec(self) -> EnvSpec | None:
-        """What gymnasium made it of; paths are text there, as JSON has none."""
+        """The spec that gymnasium made it from; paths are text there, since JSON has none."""
         return self._spec
 
     @spec.setter
@@ -42,11 +42,11 @@ class OneWorldEnv(gymnasium.Env[dict[str, Any], Any]):
 
 
 class RealEnv(OneWorldEnv):
-    """REAL, one simulation step (5 ms) a call.
+    """REAL, one simulation step (5 ms) per call.
 
     Without goals it is the intrinsic phase: 15,000,000 steps, ``goal`` all zeros. With goals every
-    ``reset`` begins a trial of 10,000 steps with the next goal (or ``options={"goal": k}``), from a
-    fresh world. The reward is always 0, ``terminated`` never true; when a trial is truncated,
+    ``reset`` begins a trial of 10,000 steps with the next goal (or ``options={"goal": k}``), in a
+    fresh world. The reward is always 0, ``terminated`` is never true; when a trial is truncated,
     ``info["score"]`` is the goal's score.
 
     Actions are the official dicts; a command may be None (go home). Camera images are zeros
@@ -55,10 +55,10 @@ class RealEnv(OneWorldEnv):
     Args:
         condition: two letters, O or I and M, J or C (paper, section Simplifications).
         objects: number of objects, 1 to as many as the scene has (the shipped ones: 3).
-        scene: ``official``, ``builtin`` or the path of a manifest.
+        scene: ``official``, ``builtin`` or the path to a manifest.
         goals: a goal set or its file, for the extrinsic phase; with a file, the environment's spec
             can be written as JSON.
-        max_steps: steps until truncation, where it is not to be the phase's own length.
+        max_steps: steps until truncation; by default the phase's length.
         render_mode: ``rgb_array`` (the robot's camera) or ``human`` (pybullet's window).
 
     Raises:
@@ -96,7 +96,7 @@ class RealEnv(OneWorldEnv):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Begin anew in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
+        """Begin in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
         super().reset(seed=seed)
         if seed is not None and self._goal_set is not None:
             self._next_goals = cycle(self._goal_set.goals)
@@ -106,7 +106,7 @@ class RealEnv(OneWorldEnv):
     def step(
         self, action: Mapping[str, Any]
     ) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """One simulation step; raises ActionError for an action that is not one."""
+        """One simulation step; raises ActionError for an invalid action."""
         self._task.step(self._task.control.command(action))
         observation = self._task.observe(render=wants_render(action)).now()
         truncated = self._task.n_steps >= self._max_steps
@@ -116,7 +116,7 @@ class RealEnv(OneWorldEnv):
         """A whole action, or as much of it as there are steps left, in the fast loop.
 
         Returns:
-            What is seen then (images are taken where they are read), whether that was the last
+            The observation afterwards (images are rendered when read), whether that was the last
             step, and the info of :meth:`step`.
 
         Raises:
@@ -128,7 +128,7 @@ class RealEnv(OneWorldEnv):
         return self._task.observe(), truncated, self._info(truncated)
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The camera's image (240, 320, 3) in mode ``rgb_array``; the window shows itself."""
+        """The camera's image (240, 320, 3) in mode ``rgb_array``; a window updates itself."""
         return self._task.simulation.image().retina if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
@@ -154,7 +154,7 @@ class RealEnv(OneWorldEnv):
 
 
 def plain_spec(spec: EnvSpec | None) -> EnvSpec | None:
-    """An environment's spec with paths as text, as JSON has none."""
+    """An environment's spec with paths as text, since JSON has none."""
     if spec is not None:
         spec.kwargs = {
             name: str(value) if isinstance(value, Path) else value

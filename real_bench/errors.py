@@ -1,4 +1,4 @@
-"""What can go wrong, as one family: every message is fit to be shown to a user as it stands."""
+"""All errors, as one family: every message can be shown to a user as it stands."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class RealBenchError(Exception):
 
 
 class SceneError(RealBenchError):
-    """A scene that is unknown, not installed, or wrongly described."""
+    """A scene that is unknown, not installed, or invalid."""
 
 
 class ActionError(RealBenchError):
@@ -31,7 +31,7 @@ class ActionError(RealBenchError):
 
 
 class PhysicsError(RealBenchError):
-    """The simulated world left the realm of numbers (NaN or infinite poses)."""
+    """The simulated world exploded (NaN or infinite poses)."""
 
 
 class ControllerError(RealBenchError):
@@ -39,7 +39,7 @@ class ControllerError(RealBenchError):
 
 
 class SubmissionError(ControllerError):
-    """A submission, or any controller's code, that is not fit to be run."""
+    """A submission, or any controller's code, that cannot be run."""
 
     exit_code = 3
 
@@ -59,7 +59,7 @@ class OutOfMemoryError(ControllerFailedError):
 
 
 class BrokenRuleError(ControllerFailedError):
-    """A controller that did what it must not do."""
+    """A controller that did something forbidden."""
 
 
 class RecordingError(RealBenchError):
@@ -75,7 +75,7 @@ class ResultError(RealBenchError):
 
 
 class ExperimentError(RealBenchError):
-    """An experiment that is wrongly described, or whose files are of something else."""
+    """An experiment that is invalid, or whose files belong to something else."""
 
 
 class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
@@ -97,8 +97,8 @@ def faults(
 
     Args:
         error: what its check found.
-        most: how many faults are told; None: all.
-        unknown: says what there is in place of a name that does not exist.
+        most: how many faults to report; None: all.
+        unknown: given the place of an unknown name, lists the valid ones.
     """
     lines = []
     found = error.errors()
@@ -108,9 +108,9 @@ def faults(
         if fault["type"] == "too_short" and any(
             place[:length] == fault["loc"] and len(place) > length for place in places
         ):
-            continue  # only because what is in there is wrong
+            continue  # only because its content is wrong
         what = quoted(fault["msg"], 200)
         if unknown is not None and fault["type"] == "extra_forbidden":
-            what = f"there is no such name{unknown(fault['loc'])}"
+            what = f"unknown name{unknown(fault['loc'])}"
         lines.append(f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {what}")
     return "; ".join(lines)

@@ -18,11 +18,11 @@ class Explanation:
     """One decision.
 
     Attributes:
-        title: the same in a few words.
+        title: the decision in a few words.
         facts: what decided it, as names and plain values (numbers, text, lists); kept as they are.
-        actions: what is planned, the action that is done now first; empty where it does nothing.
+        actions: the plan, beginning with the action done now; empty if it does nothing.
         positions: where the objects are expected after each planned action, (k, n_objects, 2)
-            metres x, y; None where the controller has no positions.
+            metres x, y; None if the controller has no positions.
     """
 
     title: str
@@ -34,7 +34,7 @@ class Explanation:
         if not isinstance(self.facts, Mapping):
             raise ActionError(f"facts must be names and values, not {type(self.facts).__name__}")
         if not all(isinstance(action, Action) for action in self.actions):
-            raise ActionError("the actions of an explanation must be of class Action")
+            raise ActionError("the actions of an explanation must be instances of Action")
         if self.positions is not None:
             positions = np.asarray(self.positions, np.float64)
             object.__setattr__(self, "positions", positions)

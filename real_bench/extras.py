@@ -1,4 +1,4 @@
-"""Libraries that are not always there, each loaded where it is used."""
+"""Optional libraries, each loaded where it is used."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from real_bench.errors import RealBenchError
 
 
 class MissingExtraError(RealBenchError):
-    """A library that was not installed, with the command that does."""
+    """An optional library that is not installed, with the command to install it."""
 
 
 def extra(module: str, name: str, at_least: str = "") -> Any:

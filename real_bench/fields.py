@@ -1,4 +1,4 @@
-"""What files that users write have in common: kinds of values, and where their paths lead."""
+"""What users' files share: kinds of values, and how paths are resolved."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from real_bench.errors import RealBenchError
 Seed = Annotated[int, Field(ge=0, lt=2**63)]
 Steps = Annotated[int, Field(ge=1, lt=2**63)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.,+-]*$")]
-"""Becomes part of file names."""
+"""A name that becomes part of file names."""
 
 
 def _condition(name: str) -> str:
@@ -33,12 +33,12 @@ class Record(BaseModel):
 
 
 class Described(Record):
-    """The whole of such a file, which says what is to be made, and where.
+    """A whole file, which says what to run, and where results go.
 
     Attributes:
         folder: of the file; paths in it are relative to this.
-        title: above what comes of it.
-        results: folder of all that comes of it.
+        title: shown above the results.
+        results: folder of all results.
     """
 
     folder: Path
@@ -47,9 +47,9 @@ class Described(Record):
 
     @property
     def results_folder(self) -> Path:
-        """Where everything lies that comes of it."""
+        """The folder of all results."""
         return self.folder / self.results
 
     def scene_found_by(self, scene: str) -> str:
-        """What a scene, a name or a manifest, is found by, from anywhere."""
+        """A scene, by name or manifest, as found from any folder."""
         return str(self.folder / scene) if scene.endswith(".yaml") else scene

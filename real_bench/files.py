@@ -1,4 +1,4 @@
-"""Files that appear whole, and outputs that are tried before any work is done."""
+"""Files that appear whole, and outputs that are checked before any work."""
 
 from __future__ import annotations
 
@@ -27,21 +27,20 @@ class OutputError(RealBenchError):
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is there whole or, after any failure, as it was before."""
+    """Write a file so that it is either complete or, after any failure, unchanged."""
     with replacing(path) as hidden, hidden.open("wb") as file:
         file.write(content)
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """An empty hidden file that takes the place of a file once it is written.
+    """An empty hidden file that replaces a file once it is written.
 
-    After any failure the file is as it was before. It keeps its mode (a new one has what the umask
-    leaves); another name of it, a hard link, goes on naming what was there. A link to a file stays
-    a link.
+    After any failure the file is unchanged. It keeps its mode (a new one follows the umask); hard
+    links to it keep the old content. A symbolic link to a file stays a link.
 
     Raises:
-        OutputError: it cannot be written, or is there and not a file.
+        OutputError: it cannot be written, or exists and is not a file.
     """
     with _told(f"cannot write {path}"):
         found = _status(path)
@@ -63,7 +62,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def real_path(path: Path) -> Path:
-    """Where a file is, all links followed; one that leads to itself is told when it is opened."""
+    """Where a file is, all links followed; a circular link is reported when it is opened."""
     return Path(os.path.realpath(path))
 
 
@@ -79,7 +78,7 @@ def file_sha256(path: Path) -> str:
 def check_output(
     path: Path, *, overwrite: bool, remedy: str = "--overwrite", option: str = "--out"
 ) -> None:
-    """Find out before any work is done whether a file can be written.
+    """Check before any work that a file can be written.
 
     Raises:
         OutputError: it exists and must not be overwritten, cannot be replaced, or is not a file.
@@ -97,11 +96,11 @@ def check_output(
 
 
 def check_folder(folder: Path, *, make: bool = False) -> None:
-    """Find out before any work is done whether files can be written into a folder.
+    """Check before any work that files can be written into a folder.
 
     Args:
         folder: the folder.
-        make: make it where there is none.
+        make: create it if it does not exist.
 
     Raises:
         OutputError: they cannot.
@@ -115,14 +114,14 @@ def check_folder(folder: Path, *, make: bool = False) -> None:
 
 
 class Output:
-    """What is written once, at the end of the work, and open or tried from its beginning.
+    """An output written once, at the end of the work, but opened or checked at the beginning.
 
-    A device or a pipe, such as /dev/stdout, is written to as it is.
+    A device or a pipe, e.g. /dev/stdout, is written to directly.
 
     Args:
-        path: where to.
-        append: go on where the file ends, in place, as several steps of a job do.
-        overwrite: replace a file where there is one; one that is appended to stays.
+        path: of the output.
+        append: continue at the end of the file, in place, as several steps of a job do.
+        overwrite: replace an existing file, unless it is appended to.
         option: that names it, for messages.
 
     Raises:
@@ -145,7 +144,7 @@ class Output:
         self._is_new = append and found is None
 
     def write(self, content: bytes) -> None:
-        """Write all of it, or raise OutputError with a file as it was before."""
+        """Write all of it, or raise OutputError with the file unchanged."""
         if self._handle < 0:
             return write_whole(self._path, content)
         with _told(f"cannot write {self._path}"):
@@ -162,7 +161,7 @@ class Output:
             self._is_new = False
 
     def close(self) -> None:
-        """Close it; a file that was made to be appended to, and was not, is removed."""
+        """Close it; removes a file that was created to be appended to, but was not."""
         if self._handle >= 0:
             os.close(self._handle)
             self._handle = -1
@@ -196,9 +195,9 @@ class Output:
 
 
 def _ours(found: os.stat_result | None) -> int | None:
-    """A second handle of our own standard output or error, where that is the file.
+    """A second handle of our own standard output or error, if that is the file.
 
-    Opened by its name a file would be written over, since each handle has its own place in it.
+    If it were opened by name it would be overwritten, since each handle has its own position.
     """
     for handle in (1, 2):
         with suppress(OSError):
@@ -214,12 +213,12 @@ def _check_replaceable(path: Path, found: os.stat_result) -> None:
         raise OutputError(f"{path} is where this command prints to: use another file")
     if _is_mounted(real_path(path)):
         raise OutputError(
-            f"{path} is mounted by itself and cannot be replaced: mount the folder that it is in"
+            f"{path} is mounted by itself and cannot be replaced: mount its folder instead"
         )
 
 
 def _check_writable(path: Path, found: os.stat_result) -> None:
-    """Refuse what somebody protected, even where root could write it."""
+    """Refuse a protected file, even if root could write it."""
     if not found.st_mode & 0o222 or not os.access(path, os.W_OK):
         raise OutputError(f"{path} is read-only: make it writable (chmod u+w), or use another file")
 
@@ -237,7 +236,7 @@ def _is_mounted(file: Path) -> bool:
 
 
 def _status(path: Path) -> os.stat_result | None:
-    """What there is, links followed; None where there is nothing."""
+    """The status of a path, links followed; None if nothing is there."""
     try:
         return path.stat()
     except FileNotFoundError:
@@ -253,5 +252,5 @@ def _told(what: str) -> Iterator[None]:
     """Turn the system's errors into ours."""
     try:
         yield
-    except (OSError, ValueError) as error:  # a name may hold what no file name can
+    except (OSError, ValueError) as error:  # a name may hold characters that file names cannot
         raise OutputError(f"{what}: {getattr(error, 'strerror', None) or error}") from error

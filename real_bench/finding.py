@@ -19,10 +19,10 @@ from real_bench.errors import ControllerError, SubmissionError
 from real_bench.source import ControllerSource, installed, is_left_out
 
 SUBMITTED = "SubmittedPolicy"
-"""The official name of the class that a file submits."""
+"""The official name for the class that a file submits."""
 
 LOADED_AS = "real_bench_user_"
-"""What the modules of controller files are called, before their own name."""
+"""Prefix of the module names of controller files."""
 
 NEVER_SHADOWED = frozenset({"real_bench", "real_robots"})
 
@@ -31,8 +31,8 @@ def find_controller(spec: str) -> type[Any]:
     """The class that ``spec`` names.
 
     ``spec`` is the name of an installed controller (``real_r``), ``package.module:Class``, or
-    ``path/to/file.py``, with ``:Class`` where the file neither says ``SubmittedPolicy = ...`` nor
-    defines exactly one class that is derived from ours.
+    ``path/to/file.py``, with ``:Class`` if the file neither has ``SubmittedPolicy = ...`` nor
+    defines exactly one class derived from ours.
 
     Raises:
         ControllerError: it does not exist or cannot be loaded, with file, line and reason.
@@ -47,12 +47,12 @@ def find_controller(spec: str) -> type[Any]:
         return _load_installed(source)
     named = getattr(module, source.class_name, None) if source.class_name else _chosen(module, spec)
     if named is None:
-        raise SubmissionError(f"controller {spec}: there is no class {source.class_name} in it")
+        raise SubmissionError(f"controller {spec}: class not found: {source.class_name}")
     return _checked(named, spec)
 
 
 def controller_folders() -> set[str]:
-    """The folders of the controller files that this process has loaded, which it imports from."""
+    """The folders of the controller files that this process has loaded; it imports from them."""
     files = {name: getattr(module, "__file__", None) for name, module in sys.modules.items()}
     return {
         str(Path(file).parent)
@@ -62,7 +62,7 @@ def controller_folders() -> set[str]:
 
 
 def source_file(controller: type[Any]) -> Path | None:
-    """The file that defines a controller's class, where there is one."""
+    """The file that defines a controller's class, if there is one."""
     try:
         return Path(inspect.getfile(controller))
     except (TypeError, OSError):
@@ -70,15 +70,15 @@ def source_file(controller: type[Any]) -> Path | None:
 
 
 def keeps_our_contract(controller: type[Any]) -> bool:
-    """Whether a class has our hooks beside the official ones: it is derived from Controller.
+    """Whether a class has our hooks besides the official ones: it is derived from Controller.
 
-    Another class may well have a method of the same name that means something else.
+    Other classes may have a method of the same name that means something else.
     """
     return issubclass(controller, Controller)
 
 
 def is_action_level(controller: type[Any]) -> bool:
-    """Whether a class decides on whole actions (else: one call a step)."""
+    """Whether a class decides on whole actions (otherwise: one call per step)."""
     return keeps_our_contract(controller) and controller.next_action is not Controller.next_action
 
 
@@ -110,14 +110,14 @@ def _unloadable(source: ControllerSource, error: BaseException) -> ControllerErr
 
 @cache
 def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
-    """The module of a file, run once in a process however often it is asked for."""
+    """The module of a file, run only once per process."""
     name = f"{LOADED_AS}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ControllerError(f"the controller file {path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # so that its classes can be copied and its dataclasses resolved
-    if str(folder) not in sys.path:  # first, as where a script is run: its neighbours are meant
+    if str(folder) not in sys.path:  # first, as for a script: its neighbours are meant
         sys.path.insert(0, str(folder))
     try:
         with _without_namesakes(folder):
@@ -134,9 +134,9 @@ def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
 
 @contextmanager
 def _without_namesakes(folder: Path) -> Iterator[None]:
-    """Have imports find what lies in a folder, even where another module of that name is loaded.
+    """Let imports find what is in a folder, even if another module of that name is loaded.
 
-    Whoever loaded that one keeps it.
+    Whoever loaded the other module keeps it.
     """
     beside = {path.stem for path in folder.iterdir() if not is_left_out(path) and _is_module(path)}
     taken = {
@@ -162,7 +162,7 @@ def _lies_in(module: Any, folder: Path) -> bool:
 
 
 def _chosen(module: ModuleType, spec: str) -> Any:
-    """What a file submits: ``SubmittedPolicy``, or its one class that is derived from ours."""
+    """The class that a file submits: ``SubmittedPolicy``, or its one class derived from ours."""
     if hasattr(module, SUBMITTED):
         return getattr(module, SUBMITTED)
     own = list(dict.fromkeys(_classes(module, BasePolicy)))  # a class may have two names
@@ -173,7 +173,7 @@ def _chosen(module: ModuleType, spec: str) -> Any:
     which = f" ({', '.join(others)} could be meant)" if others and not own else ""
     raise SubmissionError(
         f"controller {spec}: exactly one class derived from Controller or BasePolicy was expected, "
-        f"found {found}{which}; name it as {spec}:Class, or say {SUBMITTED} = Class in the file"
+        f"found {found}{which}; name it as {spec}:Class, or set {SUBMITTED} = Class in the file"
     )
 
 
@@ -198,7 +198,7 @@ def _plays(value: type[Any]) -> bool:
 
 
 def _offer_official_import() -> None:
-    """Let a controller import ``real_robots``: ours, also where the official one is installed."""
+    """Let a controller import ``real_robots``: ours, even if the official one is installed."""
     from real_bench import compat
 
     compat.install(replace=True)

@@ -1,4 +1,4 @@
-"""Whether copies of a controller are independent of it, as far as that can be seen."""
+"""Whether copies of a controller are independent, as far as that can be checked."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from typing import Any
 from real_bench.source import is_left_out
 
 DEEPEST = 6
-"""How far inside a shared place the controller is looked for."""
+"""How deep inside a shared place to look for the controller."""
 
 
 def shared_through(controller: object, place: Path | None) -> str | None:
     """The name in a controller's code that leads to the controller itself; None: there is none.
 
-    A class attribute or global that holds the controller is one for all its copies, so each trial
-    would find what earlier ones left.
+    All copies share a class attribute or global that holds the controller, so each trial would
+    see what earlier ones left.
 
     Args:
         controller: the controller.
@@ -48,7 +48,7 @@ def _is_in(file: Path, place: Path) -> bool:
 
 
 def _shared_places(module: ModuleType) -> Iterator[tuple[str, Any]]:
-    """The globals of a module and the attributes of its classes, by the names they are known by."""
+    """The globals of a module and the attributes of its classes, by name."""
     for name, value in list(vars(module).items()):
         if inspect.isclass(value):
             if value.__module__ == module.__name__:

@@ -1,4 +1,4 @@
-"""Packages that load a module when one of its names is first used."""
+"""Packages that load a module on first use of one of its names."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def lazy_names(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]
 
     Args:
         package: its name.
-        modules: for each name that it offers, the module that has it, or is it.
+        modules: for each name that it offers, the module that has the name, or is it.
     """
 
     def find(name: str) -> Any:

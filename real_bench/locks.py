@@ -1,4 +1,4 @@
-"""Locks on files that die with the process that holds them, and folders that nobody else has."""
+"""Locks on files that die with the process that holds them, and private temporary folders."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ HELD = (errno.EWOULDBLOCK, errno.EACCES)
 
 @contextmanager
 def write_lock(path: Path) -> Iterator[None]:
-    """Be the only process that writes a file; raises OutputError where another one does.
+    """Be the only process that writes a file; raises OutputError if another one does.
 
-    The lock dies with the process that holds it. Where the file system has no locks, a warning is
-    told and the file is written without one.
+    The lock dies with the process that holds it. If the file system has no locks, a warning is
+    logged and the file is written without one.
     """
     real = real_path(path)
     lock = real.with_name(f".{real.name}.lock")
@@ -42,7 +42,7 @@ def write_lock(path: Path) -> Iterator[None]:
             raise OutputError(f"cannot write into {path.parent}: {reason}") from error
         lock.unlink(missing_ok=True)
         _logger.warning(
-            "%s is on a file system without locks: let no other process write it now", path
+            "%s is on a file system without locks: no other process must write it now", path
         )
         yield
         return
@@ -54,11 +54,11 @@ def write_lock(path: Path) -> Iterator[None]:
 
 
 def is_being_written(path: Path) -> bool:
-    """Whether a process holds the lock on a file; never where the file system has no locks."""
+    """Whether a process holds the lock on a file; always false without file system locks."""
     real = real_path(path)
     try:
         handle = os.open(real.with_name(f".{real.name}.lock"), os.O_RDONLY | os.O_NOFOLLOW)
-    except OSError:  # whoever stops in order removes it
+    except OSError:  # a process that ends properly removes it
         return False
     try:
         fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -70,7 +70,7 @@ def is_being_written(path: Path) -> bool:
 
 
 def _locked(lock: Path) -> int:
-    """A handle that holds the lock; raises BlockingIOError where another one does."""
+    """A handle that holds the lock; raises BlockingIOError if another one does."""
     while True:
         handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         try:
@@ -90,18 +90,18 @@ def _locked(lock: Path) -> int:
 def own_folder(prefix: str) -> Iterator[Path]:
     """A new temporary folder that does not outlive its use.
 
-    Where a process is killed that had one, the next call with the same prefix removes it. Raises
-    OutputError where there can be none.
+    If its process is killed, the next call with the same prefix removes it. Raises OutputError if
+    none can be made.
     """
     try:
         place = real_path(Path(tempfile.gettempdir()))
     except OSError as error:
-        raise OutputError(f"there is no temporary folder: {error}") from error
+        raise OutputError(f"cannot make a temporary folder: {error}") from error
     for left in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
         with suppress(OSError, OutputError):
             found = left.lstat()
             if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
-                with write_lock(left):  # refused where it is still in use
+                with write_lock(left):  # refused if it is still in use
                     _remove(left)
     folder = place / f"{prefix}{uuid4().hex}"
     with write_lock(folder):
@@ -116,9 +116,9 @@ def own_folder(prefix: str) -> Iterator[Path]:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a folder, whatever a stranger has put into it; fails in silence."""
+    """Remove a folder, whatever a stranger has put into it; fails silently."""
     with suppress(OSError, RecursionError):
         return shutil.rmtree(folder)
-    for command in (["chmod", "-R", "u+rwx"], ["rm", "-rf"]):  # however deep, and closed
+    for command in (["chmod", "-R", "u+rwx"], ["rm", "-rf"]):  # however deep or protected
         with suppress(OSError):
             subprocess.run([*command, "--", str(folder)], capture_output=True, check=False)

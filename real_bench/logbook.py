@@ -8,7 +8,7 @@ LONGEST_NAME = 64
 """Bytes of a name in UTF-8."""
 
 MOST_ENTRIES = 10_000
-"""How many wait to be recorded at most; of more than that within one action the last are kept."""
+"""The most entries kept per action; if there are more, the last are kept."""
 
 Entry = tuple[str, float]
 """Name and value."""
@@ -17,7 +17,7 @@ _ATTRIBUTE = "_realbench_logbook"
 
 
 def checked_entry(name: object, value: SupportsFloat) -> Entry:
-    """Name and value, if they can be recorded; a value may be infinite or no number.
+    """Name and value, if they can be recorded; a value may be infinite or NaN.
 
     Raises:
         TypeError, ValueError: they cannot.
@@ -30,7 +30,7 @@ def checked_entry(name: object, value: SupportsFloat) -> Entry:
 
 
 def add_entry(controller: object, name: str, value: SupportsFloat) -> None:
-    """Note a number in a controller, until the harness takes it; raises as checked_entry does."""
+    """Keep a number in a controller until the harness takes it; raises as checked_entry does."""
     entry = checked_entry(name, value)
     # Plain data, so that a controller whose state is all of its attributes can still be kept.
     noted = vars(controller).setdefault(_ATTRIBUTE, [])
@@ -39,7 +39,7 @@ def add_entry(controller: object, name: str, value: SupportsFloat) -> None:
 
 
 def take_entries(controller: Any) -> list[Entry]:
-    """What a controller has noted since it was last asked, in order."""
+    """What a controller logged since the last call, in order."""
     noted = getattr(controller, "__dict__", {}).get(_ATTRIBUTE)
     if not noted:
         return []

@@ -1,4 +1,4 @@
-"""What a controller is called."""
+"""Names of controllers."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import re
 from pathlib import Path
 
 CONTROLLER_FILE = re.compile(r"(?P<file>.*\.py)(:(?P<name>[^:/\\]*))?")
-"""How a controller in a file is named: ``path/to/file.py[:Class]``. Folders may have colons."""
+"""A controller in a file: ``path/to/file.py[:Class]``. Folders may have colons."""
 
 _EXPLORE_AT_RANDOM = frozenset({"real_r", "real_t", "real_d", "real_ld"})
 
 
 def shown_name(spec: str) -> str:
-    """A controller's name as the paper writes it; of one in a file its class, or the file."""
+    """A controller's name as the paper writes it; for a file its class, or the file's name."""
     if found := CONTROLLER_FILE.fullmatch(spec):
         return found["name"] or Path(found["file"]).stem
     module, _, class_name = spec.rpartition(":")
@@ -22,13 +22,13 @@ def shown_name(spec: str) -> str:
 
 
 def shareable_name(spec: str) -> str:
-    """A controller's name as files keep it that others may read: of a file no folder."""
+    """A controller's name as stored in files for others: without folders."""
     file, name = without_folder(spec)
     return f"{file}:{name}" if name else file
 
 
 def explores_at_random(spec: str) -> bool:
-    """Whether it is one of the paper's that play alike, at random: one play serves them all."""
+    """Whether it is one of the paper's controllers that play at random: they can share a play."""
     return spec in _EXPLORE_AT_RANDOM
 
 

@@ -1,4 +1,4 @@
-"""What a user may have meant by a name that does not exist."""
+"""What a user may have meant by an unknown name."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any, get_args
 from pydantic import BaseModel
 
 ALIKE = 0.7
-"""How much of two names must be the same, from 0 to 1."""
+"""How similar two names must be, from 0 to 1."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that is most like a name; None where none is.
+    """The known name most similar to a name; None if none is similar.
 
-    Of dotted names the last part alone may be like it, too.
+    For dotted names the last part alone may be similar.
     """
     by_word: dict[str, str] = {}
     for each in known:
@@ -29,7 +29,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The question after a name that does not exist, where there is one like it; else nothing."""
+    """A question to append after an unknown name, if a similar one exists; else nothing."""
     found = nearest(name, known)
     return f", did you mean {found}?" if found else ""
 
@@ -37,7 +37,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 def what_there_is(
     kind: type[BaseModel], without: Collection[str] = ()
 ) -> Callable[[tuple[int | str, ...]], str]:
-    """Says of a place in a tree of records, where a name is unknown, which names there are.
+    """A function that, for an unknown name in a tree of records, lists the valid names.
 
     Args:
         kind: the outermost record.
@@ -48,13 +48,13 @@ def what_there_is(
         known = _names_at(kind, place)
         if len(place) == 1:
             known = [name for name in known if name not in without]
-        return f"{did_you_mean(str(place[-1]), known)} (there are: {', '.join(known)})"
+        return f"{did_you_mean(str(place[-1]), known)} (use: {', '.join(known)})"
 
     return names_at
 
 
 def _names_at(kind: Any, place: tuple[int | str, ...]) -> list[str]:
-    """The fields of the record that a place is in; none where it is in none."""
+    """The fields of the record that a place is in; none if it is in no record."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         if len(place) == 1:
             return list(kind.model_fields)

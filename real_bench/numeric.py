@@ -1,4 +1,4 @@
-"""Numbers that somebody else gives: taken as numbers, or refused with what they are."""
+"""Numbers from others: accepted as numbers, or refused with a description."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from numpy.typing import NDArray
 from real_bench.errors import ActionError
 
 LARGEST_NUMBER = 1e6
-"""Metres or radians beyond this are no command of anybody's."""
+"""No sensible command has more metres or radians."""
 
 
 def finite(vector: NDArray[np.float64], what: str) -> NDArray[np.float64]:
-    """A vector itself; raises ActionError unless all of it are numbers of some moderate size."""
+    """The vector itself; raises ActionError unless all its numbers are finite and moderate."""
     if not (np.abs(vector) <= LARGEST_NUMBER).all():
         raise ActionError(f"{what} must be finite numbers, not {vector.tolist()}")
     return vector
 
 
 def numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
-    """So many numbers, in whatever shape they come; raises ActionError."""
+    """``size`` numbers of any shape; raises ActionError."""
     try:
         given = np.array(value, np.float64)
     except Exception as error:  # a stranger's object may raise anything
         raise ActionError(f"{what} must be {size} numbers, not {short(value)}") from error
     if given.size != size:
-        raise ActionError(f"{what} must be {size} numbers, not of shape {given.shape}")
+        raise ActionError(f"{what} must be {size} numbers, not an array of shape {given.shape}")
     return given
 
 
 def any_numbers(value: object, what: str) -> NDArray[np.float64]:
-    """Numbers as they are given; raises ActionError."""
+    """Numbers of any shape; raises ActionError."""
     try:
         return np.array(value, np.float64)
     except Exception as error:  # a stranger's object may raise anything
@@ -38,7 +38,7 @@ def any_numbers(value: object, what: str) -> NDArray[np.float64]:
 
 
 def short(value: object) -> str:
-    """What a value is, in a few letters, for a message."""
+    """A short description of a value, for messages."""
     try:
         text = " ".join(f"{type(value).__name__} {value!r}".split())
     except Exception:  # a stranger's object may raise anything

@@ -1,4 +1,4 @@
-"""What a controller sees: computed when it is read, so that what nobody reads costs nothing."""
+"""What a controller sees: computed when read, so that unread values cost nothing."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ GOAL_KEYS = frozenset({"goal", "goal_mask", "goal_positions"})
 class Observation(Mapping[str, Any]):
     """One moment, under the official keys.
 
-    A value is computed when it is first read. Once the robot has moved on, what was not read can
-    no longer be had: reading it raises ControllerError.
+    A value is computed when it is first read. Once the robot has moved on, unread values are gone:
+    reading one raises ControllerError.
 
     Args:
         senses: how each value is computed.
         dark: the keys of images that the camera did not take; they are zeros.
-        world: the number of the world that it is of; within one, nothing about the goal changes.
-        has_goal: whether there is a goal; else what is said of it is zeros.
+        world: the number of its world; within one, nothing about the goal changes.
+        has_goal: whether there is a goal; otherwise the goal's values are zeros.
 
-    ``dark`` and ``world`` are for who takes it elsewhere: what they tell need not be carried.
+    ``dark`` and ``world`` tell who sends it elsewhere what need not be sent.
     """
 
     def __init__(
@@ -43,8 +43,8 @@ class Observation(Mapping[str, Any]):
             sense = self._senses[key]
             if self._past:
                 raise ControllerError(
-                    f"observation[{key!r}] was not read in its time: read what you want to keep "
-                    "before you return an action"
+                    f"observation[{key!r}] was not read in time: read what you want to keep before "
+                    "you return an action"
                 )
             self._seen[key] = sense()
         return self._seen[key]
@@ -56,7 +56,7 @@ class Observation(Mapping[str, Any]):
         return len(self._senses)
 
     def expire(self) -> None:
-        """The robot moves on: nothing more can be read, what was read stays."""
+        """The robot moves on: nothing more can be computed; values that were read stay."""
         self._past = True
 
     def now(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""No process that works for another outlives it."""
+"""Let child processes end with their parent."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 
 def end_when(parent_is_gone: Callable[[], object]) -> None:
-    """End this process as soon as a call returns, which is to wait until the parent is gone."""
+    """End this process once ``parent_is_gone`` returns; the call waits for the parent's end."""
 
     def wait() -> None:
         parent_is_gone()

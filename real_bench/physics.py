@@ -1,9 +1,9 @@
 """A fingerprint of this machine's physics.
 
-The same commands move objects otherwise where pybullet was compiled otherwise, or where the
-mathematical library chooses other instructions for another processor: by the last bit at first, by
-metres after a few pushes. No version number tells that. So a short simulation, always the same, is
-hashed: its hash is the same exactly where recordings and results replay bit for bit.
+The same commands move objects differently if pybullet was compiled differently, or if the maths
+library chooses other instructions for another processor: by the last bit at first, by metres after
+a few pushes. No version number shows that. So the outcome of a fixed short simulation is hashed:
+recordings and results replay bit for bit exactly on machines with the same hash.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from functools import cache
 from real_bench.quoting import quoted
 
 PHYSICS = "physics"
-"""What the fingerprint is called among the versions of recordings and results."""
+"""The fingerprint's name among the versions of recordings and results."""
 
 REFERENCE = "3183ea3a179b7b3c"
 """Of pybullet 3.2.7 from PyPI (x86-64, Linux) on processors with AVX2, where all kept results and
@@ -26,14 +26,14 @@ SCENE = "builtin"  # ships with the package
 N_OBJECTS = 3
 SWEEP = (-0.1, -0.45, -0.1, 0.45)  # a macro that pushes all three
 WAY_HOME = 3
-"""The last commands of a macro, in which nothing is pushed any more."""
+"""The last commands of a macro, which no longer push anything."""
 
 UNKNOWN = "unknown"
 
 
 @cache
 def fingerprint() -> str:
-    """The fingerprint, 16 hexadecimal digits; simulates some 0.2 s when first asked for."""
+    """The fingerprint, 16 hexadecimal digits; the first call simulates for about 0.2 s."""
     import numpy as np
 
     from real_bench.controls.macro import plan_macro
@@ -49,14 +49,14 @@ def fingerprint() -> str:
 
 
 def physics_of(versions: Mapping[str, str]) -> str:
-    """The fingerprint that a recording or result keeps; ``unknown`` where it is older."""
+    """The fingerprint that a recording or result keeps; ``unknown`` if it is older."""
     return versions.get(PHYSICS, UNKNOWN)
 
 
 def mixture(fingerprints: Sequence[str]) -> str:
-    """What is to be said of scores of different physics together; nothing where it is one."""
+    """A remark on scores with different physics; empty if there is only one."""
     counted = Counter(fingerprints).most_common()
     if len(counted) < 2:
         return ""
     counts = ", ".join(f"{number} of {quoted(kind)}" for kind, number in counted)
-    return f"results of different physics are mixed ({counts}): the same commands end otherwise"
+    return f"results with different physics are mixed ({counts}): the same commands end differently"

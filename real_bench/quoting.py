@@ -1,4 +1,4 @@
-"""What a stranger says, fit for a line of ours, a terminal, or Markdown.
+"""Strangers' text, made safe for one-line messages, terminals and Markdown.
 
 A controller, its name and its errors, settings, results, recordings and experiments may all come
 from strangers. HTML is escaped by its template, XML by its library.
@@ -14,26 +14,26 @@ _MARKS = re.compile(
     r"([\\`*\[\]<>&|~#!@$^{}]|(?<![a-z0-9])_|_(?![a-z0-9]))|(?<=[:/])(?=/)|(?<=www)(?=\.)",
     re.IGNORECASE,
 )
-"""What begins a mark, a table's cell, an address or a name that GitHub notifies. An underscore
-within a word is none, nor are round brackets without square ones."""
+"""What begins markup, a table cell, an address or a name that GitHub notifies. An underscore
+within a word is harmless, and so are round brackets without square ones."""
 _BEGINNINGS = re.compile(r"^(\d*)(?=[-+.)](?:\s|$)|[-=]+\s*$)")
-"""What makes a line an item of a list, or the line above it a heading."""
+"""What makes a line a list item, or the line above it a heading."""
 
 
 def quoted(text: str, longest: int = LONGEST) -> str:
-    """A text in one short line, without what a terminal might obey."""
+    """A text as one short line, without control characters."""
     short = text if len(text) <= longest else text[: longest - 3] + "..."
     return printable(short).replace("\n", "?").replace("\t", "?")
 
 
 def printable(text: str) -> str:
-    """A text without what would move the cursor of a terminal; lines stay lines."""
+    """A text without control characters, except newlines and tabs."""
     if text.isprintable():
         return text
     return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
 
 
 def markdown(text: str) -> str:
-    """A text in one line that Markdown shows as it is."""
+    """A text as one line that Markdown shows literally."""
     line = printable(" ".join(text.split()))
     return _BEGINNINGS.sub(r"\1\\", _MARKS.sub(lambda mark: "\\" + mark[0], line))

@@ -1,4 +1,4 @@
-"""The environments as Gymnasium knows them."""
+"""Register the environments with Gymnasium."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A controller's settings: from a file and the command line to a record that checked itself."""
+"""A controller's settings: from a file and the command line to a validated record."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ Values = dict[str, Any]
 
 
 class Settings(BaseModel):
-    """Base of a controller's settings: frozen, and refuses what it does not know."""
+    """Base of a controller's settings: frozen, refuses unknown names."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def settings_class(controller: type[Any]) -> type[Settings] | None:
-    """The class of a controller's settings, its attribute ``Settings``, where it has any."""
+    """The class of a controller's settings, its attribute ``Settings``, if it has any."""
     found = getattr(controller, "Settings", None)
     if found is None:
         return None
@@ -39,10 +39,10 @@ def settings_class(controller: type[Any]) -> type[Settings] | None:
 
 
 def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) -> Settings | None:
-    """The settings of a controller, defaults where nothing is given; None where it has none.
+    """The settings of a controller, with defaults for the rest; None if it has none.
 
     Raises:
-        ControllerError: everything that is wrong with them, and what could be set.
+        ControllerError: with everything that is wrong, and what can be set.
     """
     kind = settings_class(controller)
     if kind is None:
@@ -55,10 +55,10 @@ def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) 
 
 
 def validated(kind: type[Settings], values: Mapping[str, Any], whose: str) -> Settings:
-    """Settings of a kind, defaults where nothing is given.
+    """Settings of a class, with defaults for the rest.
 
     Raises:
-        ControllerError: everything that is wrong with them, and what could be set.
+        ControllerError: with everything that is wrong, and what can be set.
     """
     try:
         return kind.model_validate(values)
@@ -71,15 +71,15 @@ def validated(kind: type[Settings], values: Mapping[str, Any], whose: str) -> Se
         listed = ", ".join(f"{name}={value}" for name, value in known.items())
         raise ControllerError(
             f"{whose}, bad settings: {faults(error, unknown=unknown)} "
-            f"(they are, with defaults: {listed})"
+            f"(settings and defaults: {listed})"
         ) from error
 
 
 def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]) -> Values:
-    """The settings of a controller as plain values, defaults included, to be kept in files.
+    """The settings of a controller as plain values, defaults included, for storage in files.
 
     Raises:
-        ControllerError: they are wrong, or would not be the same when they are read again.
+        ControllerError: they are wrong, or would not be the same when read again.
     """
     settings = check_settings(controller, spec, values)
     if settings is None:
@@ -99,15 +99,15 @@ def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]
             for name in type(settings).model_fields
             if getattr(again, name) != getattr(settings, name)
         ]
-        reason = f"{', '.join(changed)} would be another one"
+        reason = f"{', '.join(changed)} would change"
     raise ControllerError(
         f"controller {spec}: its settings do not survive being written and read: {reason} "
-        "(its fields need no alias, no exclude, and no computed field beside them)"
+        "(use fields without alias and exclude, and no computed fields)"
     )
 
 
 def as_validated(full: Mapping[str, Any], wanted: Mapping[str, Any]) -> Values:
-    """Of settings in full, those that were asked for, as the controller has them."""
+    """Those of the full settings that were asked for, as the controller has them."""
     found: Values = {}
     for name, value in wanted.items():
         kept = full.get(name, value)
@@ -117,14 +117,12 @@ def as_validated(full: Mapping[str, Any], wanted: Mapping[str, Any]) -> Values:
 
 
 def read_settings(file: Path | None, assignments: Iterable[str]) -> Values:
-    """The values in a YAML file, and over them those of ``dotted.name=value`` assignments."""
+    """The values in a YAML file, overridden by ``dotted.name=value`` assignments."""
     values = {} if file is None else read_mapping(file, "the settings file", ControllerError)
     for assignment in assignments:
         name, equals, text = assignment.partition("=")
         if not equals or not all(name.split(".")):
-            raise ControllerError(
-                f"--set needs name=value, as in planner.depth=8, not {assignment}"
-            )
+            raise ControllerError(f"--set needs name=value, e.g. planner.depth=8, not {assignment}")
         values = merged(
             values, _nested(name.split("."), parse(text, f"--set {name}", ControllerError))
         )
@@ -132,7 +130,7 @@ def read_settings(file: Path | None, assignments: Iterable[str]) -> Values:
 
 
 def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Values:
-    """Two trees of values; where both say something the second one wins."""
+    """Two trees of values merged; the second one wins."""
     both = dict(below)
     for key, value in above.items():
         old = both.get(key)
@@ -144,7 +142,7 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Values:
 
 
 def dotted(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """A tree of values as ``--set`` names them: dotted names, and their values."""
+    """A tree of values as dotted names, as for ``--set``, and their values."""
     for name, value in values.items():
         if isinstance(value, Mapping):
             yield from dotted(value, f"{prefix}{name}.")

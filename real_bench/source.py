@@ -1,4 +1,4 @@
-"""Where a controller's code lies, and its hash: found without running any of it."""
+"""Where a controller's code is, and its hash: found without running any of it."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ OURS = "real_bench.controllers"
 
 CODE = frozenset({".py", ".so", ".pyd", ".pyx"})
 MOST_ENTRIES = 20_000
-"""A folder with more files below it is no controller's own."""
+"""A folder with more files below it is not a controller's own."""
 
 
 @dataclass(frozen=True)
 class ControllerSource:
-    """What a user names a controller by, taken apart.
+    """A user's name for a controller, parsed.
 
     Attributes:
         spec: as the user wrote it.
-        file: the file, where it is one.
-        module: else the module; of an installed controller the one that offers it.
-        class_name: the class; empty where the spec does not say.
-        submission: what it says of itself, where it is one.
-        is_hashed: false in a sandbox, where nobody asks for the hash and not all can be read.
+        file: the file, if it is one.
+        module: otherwise the module; for an installed controller the one that offers it.
+        class_name: the class; empty if not given.
+        submission: its manifest, if it is a submission.
+        is_hashed: false in a sandbox, where the hash is not needed and some files are hidden.
     """
 
     spec: str
@@ -48,11 +48,11 @@ class ControllerSource:
 
     @classmethod
     def of(cls, spec: str) -> ControllerSource:
-        """Take apart a name, ``module:Class``, ``path/to/file.py[:Class]``, a submission's folder.
+        """Parse a name, ``module:Class``, ``path/to/file.py[:Class]`` or a submission's folder.
 
         Raises:
             ControllerError: there is no such file, or no installed controller of that name.
-            SubmissionError: the submission says what it must not.
+            SubmissionError: the submission is not valid.
         """
         if found := CONTROLLER_FILE.fullmatch(spec):
             file = Path(found["file"])
@@ -70,7 +70,7 @@ class ControllerSource:
 
     @cached_property
     def place(self) -> Path:
-        """All that it could import as its own: its file's folder, its package, or its module.
+        """Everything it could import as its own: its file's folder, its package, or its module.
 
         Raises:
             ControllerError: there is no such module.
@@ -85,14 +85,14 @@ class ControllerSource:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The settings that a submission names; nothing else has any of its own."""
+        """The settings in a submission's manifest; empty for anything else."""
         return {} if self.submission is None else self.submission.settings
 
     @cached_property
     def code_sha256(self) -> str:
-        """The hash of which file or module it is, and of every code file in its place.
+        """The hash of the file's or module's name, and of every code file in its place.
 
-        Of a submission, of every file; but recordings, results and goals are no part of it.
+        For a submission, of every file except recordings, results and goals.
         """
         if not self.is_hashed:
             return ""
@@ -103,7 +103,7 @@ class ControllerSource:
         return digest.hexdigest()
 
     def code_files(self) -> list[Path]:
-        """Every code file in its place; raises ControllerError where these are too many."""
+        """Every code file in its place; raises ControllerError if there are too many."""
         if self.place.is_file():
             return [self.place]
         if self.submission is not None:
@@ -117,18 +117,18 @@ class ControllerSource:
         return sorted(file for file in self.files() if not is_ours(file))
 
     def files(self) -> Iterator[Path]:
-        """Every file in its place, but what belongs to tools; raises ControllerError."""
+        """Every file in its place, except caches of tools; raises ControllerError."""
         for number, path in enumerate(_walk(self.place)):
             if number == MOST_ENTRIES:
                 raise ControllerError(
-                    f"controller {self.spec}: there are more than {MOST_ENTRIES:,} files in "
+                    f"controller {self.spec}: more than {MOST_ENTRIES:,} files in "
                     f"{self.place}: put the controller in a folder of its own"
                 )
             yield path
 
 
 def is_left_out(path: Path) -> bool:
-    """Whether something in a controller's folder is no part of it: links, and what tools keep."""
+    """Whether something in a controller's folder does not count: links, and caches of tools."""
     return (
         path.is_symlink()
         or path.name.startswith(".")
@@ -148,7 +148,7 @@ def _walk(folder: Path) -> Iterator[Path]:
 
 
 def module_place(module: str) -> Path | None:
-    """The file of a module, or the folder of a package; None where there is none."""
+    """The file of a module, or the folder of a package; None if there is none."""
     try:
         found: ModuleSpec | None = importlib.util.find_spec(module)
     except (ImportError, ValueError):
@@ -161,7 +161,7 @@ def module_place(module: str) -> Path | None:
 
 
 def resolved(spec: str) -> str:
-    """The same controller as seen from any folder: a file by its whole path."""
+    """The controller as named from any folder: a file by its full path."""
     if (folder := submission_folder(spec)) is not None:
         return str(folder.resolve())
     found = CONTROLLER_FILE.fullmatch(spec)
@@ -171,7 +171,7 @@ def resolved(spec: str) -> str:
 
 
 def recorded_as(spec: str) -> str:
-    """What recordings and results call a controller: no folders; a submission ``folder:name``."""
+    """A controller's name in recordings and results: no folders; a submission ``folder:name``."""
     source = ControllerSource.of(spec)
     if source.submission is None:
         return shareable_name(spec)
@@ -183,7 +183,7 @@ def submission_folder(spec: str) -> Path | None:
     """The folder of a submission, named by it or as ``folder:name``; None for anything else.
 
     Raises:
-        ControllerError: it is a folder or an archive, and no submission as it is.
+        ControllerError: it is a folder or an archive, but not an unpacked submission.
     """
     if CONTROLLER_FILE.fullmatch(spec):
         return None
@@ -193,7 +193,7 @@ def submission_folder(spec: str) -> Path | None:
     if found:
         return found
     if spec.endswith(".zip"):
-        raise ControllerError(f"{spec} is packed: unpack it, and name the folder")
+        raise ControllerError(f"{spec} is packed: unpack it and name its folder")
     if Path(spec).is_dir():
         raise ControllerError(
             f"the folder {spec} has no {MANIFEST}: name a file in it, or make it a submission "
@@ -208,7 +208,7 @@ def is_installed(spec: str) -> bool:
 
 
 def installed(name: str) -> EntryPoint:
-    """Where an installed controller is; raises ControllerError where there is none of that name."""
+    """Where an installed controller is; raises ControllerError if there is none of that name."""
     offers = {offer.name: offer for offer in entry_points(group=GROUP)}
     if name not in offers:
         raise ControllerError(
@@ -222,7 +222,7 @@ def installed(name: str) -> EntryPoint:
 def is_code_of(source: ControllerSource, sha256: str) -> bool:
     """Whether this is the code with that hash.
 
-    Recordings and results of before 0.2 have the hash of the one file that defines the class.
+    Recordings and results from before 0.2 have the hash of the one file that defines the class.
     """
     if source.submission is not None:
         return source.code_sha256 == sha256

@@ -1,4 +1,4 @@
-"""The spaces that a controller is told: what it may command and what it may observe."""
+"""The spaces that a controller gets: what it may command and what it may observe."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Task:
     Args:
         scene: the scene.
         condition: what is perceived and how the robot is controlled.
-        n_objects: 1 to as many as the scene has.
+        n_objects: from 1 to the number of objects in the scene.
         gui: show pybullet's window.
     """
 
@@ -63,7 +63,7 @@ class Task:
         self._expire()
 
     def watch(self, watcher: Watcher | None, every: int) -> None:
-        """Call ``watcher`` after every so many steps (to film, say)."""
+        """Call ``watcher`` after every ``every`` steps (e.g. to film)."""
         self._watcher, self._watch_every = watcher, every
 
     def step(self, command: Command) -> None:
@@ -75,20 +75,20 @@ class Task:
             raise _explained(error, "command", command, began) from error
 
     def execute(self, action: Action) -> None:
-        """A whole action, checked before (see :func:`real_bench.actions.check_action`).
+        """A whole action, already checked (see :func:`real_bench.actions.check_action`).
 
         Raises:
-            PhysicsError: the world exploded; with the steps in which, and the action.
+            PhysicsError: the world exploded; the message has the steps and the action.
         """
         began = self.n_steps
         try:
             self._follow(action_segments(action, self.control, self.simulation))
-            self.simulation.object_poses()  # what explodes in the very last steps is of this action
+            self.simulation.object_poses()  # finds explosions in the last steps
         except PhysicsError as error:
             raise _explained(error, "action", action.commands[:SHOWN_COMMANDS], began) from error
 
     def observe(self, *, render: bool = True) -> Observation:
-        """What is seen now; camera images are zeros where ``render`` is false."""
+        """What is seen now; camera images are zeros if ``render`` is false."""
         self._expire()
         senses = self._senses(self._shutter(render))
         dark = frozenset() if render else CAMERA_KEYS & senses.keys()
@@ -96,10 +96,10 @@ class Task:
         return self._observation
 
     def __copy__(self) -> NoReturn:
-        raise SceneError("one world cannot be behind two objects: make another task")
+        raise SceneError("a task cannot be copied: make another one")
 
     def close(self) -> None:
-        """Let go of the simulation."""
+        """Close the simulation."""
         self.simulation.close()
 
     def _follow(self, segments: Iterable[Segment]) -> None:
@@ -136,7 +136,7 @@ class Task:
         return picture
 
     def _darkness(self) -> Image:
-        """What a camera that is not asked sees; fresh zeros cost nothing until they are touched."""
+        """The image of a camera that is off; fresh zeros cost nothing until they are touched."""
         camera = self.simulation.scene.manifest.camera
         size = (camera.height, camera.width)
         return Image(

@@ -1,7 +1,7 @@
 """YAML as plain data, from files that may come from strangers, with every fault in one line.
 
-Scalars are read as YAML 1.2 has them (its core schema), and as people do: 010 is ten, 1e-3 a
-number; 12:30:00, 2026-01-01 and yes are text. What is given twice is refused.
+Scalars are read by the core schema of YAML 1.2, as people expect: 010 is ten, 1e-3 a number;
+12:30:00, 2026-01-01 and yes are text. A name that is given twice is refused.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _BASES = {"0o": 8, "0x": 16}
 class _Loader(yaml.SafeLoader):
     """The core schema of YAML 1.2, each name once, and no aliases.
 
-    With aliases, a hundred bytes describe more than any memory holds.
+    With aliases, a hundred bytes could describe more than fits in any memory.
     """
 
     yaml_implicit_resolvers = {}  # noqa: RUF012
@@ -31,7 +31,7 @@ class _Loader(yaml.SafeLoader):
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("aliases (*name) are not read: write it out")
+            raise yaml.YAMLError("aliases (*name) are not allowed: write the value out")
         node: yaml.Node | None = super().compose_node(parent, index)
         return node
 
@@ -41,7 +41,7 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             where = key_node.start_mark
             if not isinstance(key, Hashable):
-                raise yaml.constructor.ConstructorError(None, None, "a name is no text", where)
+                raise yaml.constructor.ConstructorError(None, None, "a name is not text", where)
             if key in values:
                 raise yaml.constructor.ConstructorError(
                     None, None, f"{key} is given twice, the second time", where
@@ -74,7 +74,7 @@ _SCALARS = {
         "-+.0123456789",
     ),
 }
-"""How each kind is written, and what it may begin with; the first that fits counts."""
+"""How each kind is written, and what it may begin with; the first match counts."""
 
 for _name, (_written, _first) in _SCALARS.items():
     _Loader.add_implicit_resolver(
@@ -98,7 +98,7 @@ def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str
     Args:
         file: where they are.
         what: what the file is, for messages.
-        fault: raised where it cannot be read.
+        fault: raised if it cannot be read.
     """
     try:
         with file.open(encoding="utf-8-sig") as opened:
@@ -116,9 +116,9 @@ def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str
 
 
 def parse(text: str, source: str, fault: type[RealBenchError]) -> Any:
-    """The value that a text stands for; raises ``fault``."""
+    """The value of a text; raises ``fault``."""
     if len(text) > MAX_LETTERS:
-        raise fault(f"{source}: more than {MAX_LETTERS} letters are not read")
+        raise fault(f"{source}: longer than {MAX_LETTERS} characters")
     try:
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:

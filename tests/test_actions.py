@@ -99,7 +99,7 @@ def test_an_action_that_is_none_is_refused(make: Any) -> None:
         (JointControl(), None, "not NoneType"),
         (JointControl(), [0.0] * 9, "not list"),
         (JointControl(), {"macro_action": [0] * 4}, "it has: macro_action"),
-        (JointControl(), {"joint_command": [0] * 8}, r"9 numbers, not of shape \(8,\)"),
+        (JointControl(), {"joint_command": [0] * 8}, r"9 numbers, not an array of shape \(8,\)"),
         (JointControl(), {"joint_command": [np.nan] * 9}, "finite"),
         (JointControl(), {"joint_command": [np.inf] * 9}, "finite"),
         (JointControl(), {"joint_command": ["a"] * 9}, "9 numbers"),

@@ -53,7 +53,7 @@ def test_near_pairs_are_those_in_the_range() -> None:
 def test_pairs_need_two_states_and_their_positions() -> None:
     random = np.random.default_rng(0)
     for n_states, n_positions in ((1, 1), (3, 2)):
-        with pytest.raises(RealBenchError, match="2 states or more"):
+        with pytest.raises(RealBenchError, match="at least 2 states"):
             analysis.pair_distances(
                 np.zeros((n_states, 7)), np.zeros((n_positions, 1, 3)), 5, random
             )

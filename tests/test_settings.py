@@ -221,7 +221,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_what_could_be_set() -> No
         check_settings(Robot, "robot.py", values)
     message = str(caught.value)
     assert message.startswith("controller robot.py, bad settings: ")
-    faults, _, known = message.partition(" (they are, with defaults: ")
+    faults, _, known = message.partition(" (settings and defaults: ")
     for name in ("arm.reach", "arm.joints", "arm.legs", "names", "speed", "careful"):
         assert f" {name}: " in faults
     assert faults.count(";") == 5
@@ -372,7 +372,9 @@ def test_a_resumed_run_keeps_them_and_refuses_others(play: Play, pusher: str) ->
     values = {"start": [-0.2, 0.3], "length": 0.25}
     before = play(pusher, 500, values).read_bytes()
     for others in ({}, {**values, "length": 0.3}):
-        with pytest.raises(RecordingError, match=r"other settings: settings: .*0.25.* not "):
+        with pytest.raises(
+            RecordingError, match=r"other settings and cannot be resumed: settings: .*0.25.* not "
+        ):
             play(pusher, 1000, others, resume=True)
     run = play(pusher, 500, values, resume=True)
     assert run.read_bytes() == before
@@ -408,7 +410,7 @@ def test_a_result_tells_them_and_goes_on_only_with_the_same(
     out = tmp_path / "score.json"
     before = out.read_bytes()
     assert load_result(out).setting.settings == {"start": [-0.1, 0.2], "length": 0.25}
-    with pytest.raises(ResultError, match="of another test: settings differ"):
+    with pytest.raises(ResultError, match="of another test and cannot be resumed: settings differ"):
         face(pusher, 2, {"length": 0.3}, resume=True)
     assert out.read_bytes() == before
     one, other = face(pusher, 2, values, resume=True).trials

@@ -1,4 +1,4 @@
-"""The command ``realbench``: one module a command, imported only when it is called."""
+"""The command ``realbench``: one module per command, imported only when called."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ COMMANDS = {
     "intrinsic": "play freely and record it",
     "extrinsic": "test a controller on goals and print the score table",
     "evaluate": "both phases in one process, as the official evaluation did",
-    "check": "find out in a moment whether a controller will do",
-    "submission": "begin, check and pack a submission to a competition",
+    "check": "check quickly whether a controller works",
+    "submission": "create, check and pack a submission to a competition",
     "round": "play and test all submissions of a competition",
-    "leaderboard": "rank what came of a round, in a terminal, Markdown, JSON or as a site",
-    "table": "make the table of an experiment: many plays and tests, published scores beside",
+    "leaderboard": "rank a round's results: in the terminal, as Markdown, JSON or a site",
+    "table": "run an experiment's plays and tests, and print its table beside published scores",
     "compare": "compare two sets of scores, goal by goal",
     "score": "judge results, for CI: exit code, Markdown, JUnit XML",
-    "watch": "follow a play from another terminal, or for TensorBoard",
+    "watch": "follow a play from another terminal or in TensorBoard",
     "film": "make a film of any part of a recording",
-    "export": "give a recording to others: CSV, Parquet, Minari",
+    "export": "convert a recording to CSV, Parquet or Minari",
     "verify": "prove a result or a recording by replaying it",
     "goals": "make, look at and import goal sets",
     "figures": "draw the paper's figures from recordings and results",
-    "report": "one HTML file with tables, figures and every goal in pictures",
-    "inspect": "say what is in a recording, goal set, result or experiment",
+    "report": "write one HTML file with tables, figures and pictures of every goal",
+    "inspect": "show what is in a recording, goal set, result or experiment",
     "scene": "install and list scenes",
     "doctor": "check that this machine can run the benchmark",
 }
@@ -45,11 +45,11 @@ class LazyGroup(HelpfulGroup):
     """A group that knows its commands' names and imports a command when it is called."""
 
     def list_commands(self, context: click.Context) -> list[str]:
-        """Every command, in the order in which one meets them."""
+        """The names of all commands, in the order in which users need them."""
         return list(COMMANDS)
 
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
-        """The command itself."""
+        """Import a command; None if there is none of that name."""
         if name not in COMMANDS:
             return None
         module = importlib.import_module(f"real_bench.cli.{name}")
@@ -73,7 +73,7 @@ def cli() -> None:
 
 
 def main(arguments: list[str] | None = None) -> Any:
-    """Run the command line; every foreseen error is one line and a non-zero exit code."""
+    """Run the command line; an expected error ends it with one line and a non-zero exit code."""
     from real_bench.cli import streams
     from real_bench.cli.printing import log_on_stderr
     from real_bench.errors import Interrupted, RealBenchError
@@ -99,13 +99,13 @@ def main(arguments: list[str] | None = None) -> Any:
         place = "" if error.filename is None else f"{error.filename}: "
         streams.end(f"error: {place}{error.strerror or error}", 1)
     except UnicodeError as error:
-        streams.end(f"error: a name or text that is not UTF-8 ({error})", 1)
+        streams.end(f"error: a name or text is not UTF-8 ({error})", 1)
     except (click.Abort, KeyboardInterrupt):
         streams.end("interrupted", 130)
 
 
 def _called(arguments: list[str] | None, common: Common) -> Any:
-    """What the command gives; the traceback of a foreseen error is printed where it is wanted."""
+    """Run the command; with --traceback, print the traceback of an expected error."""
     from real_bench.cli.printing import say
     from real_bench.errors import Interrupted, RealBenchError
 

@@ -33,12 +33,12 @@ FAILED = 1
 @click.option(
     "--condition",
     metavar="XY",
-    help="OM, IM, IJ, OJ, OC or IC. [default: of its options.yml, else the first that it plays in]",
+    help="OM, IM, IJ, OJ, OC or IC. [default: from its options.yml, else the first that works]",
 )
 @options.objects_option
 @options.settings_option
 @options.set_option
-@click.option("--isolated-only", is_flag=True, help="Load none of its code in our own process.")
+@click.option("--isolated-only", is_flag=True, help="Never load its code in this process.")
 @options.json_option
 def check(
     controller: str,
@@ -49,11 +49,11 @@ def check(
     isolated_only: bool,
     as_json: bool,
 ) -> None:
-    """Find out in a moment whether a controller will do, before hours of play.
+    """Check quickly whether a controller works, before hours of play.
 
-    Says which class runs, and whether it loads, plays a few steps (in scene builtin), can be copied
-    for each goal, and hands over its state unchanged: in our process, and isolated. Reads the
-    options file of a starter kit, and prints the commands to use.
+    Shows which class runs, and whether it loads, plays a few steps (in scene builtin), can be
+    copied for each goal, and hands over its state unchanged: in this process and isolated. Reads
+    the options file of a starter kit, and prints the commands to use.
     """
     from real_bench.phases.checking import commands_to_use, official_options
     from real_bench.phases.local import LocalBackend
@@ -72,7 +72,7 @@ def check(
         tried_condition = source.submission.condition
     found = {}
     for name, backend in backends.items():
-        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
             tried_condition, found[name] = _tried(
                 controller, tried_condition, objects or options_of_file.objects, settings, backend
             )
@@ -100,7 +100,7 @@ def _tried(
     settings: dict[str, Any],
     backend: ControllerBackend,
 ) -> tuple[str, list[Finding]]:
-    """What is found in a condition, or in the first one that the controller plays in."""
+    """The findings in a condition, or in the first one that the controller plays in."""
     from real_bench.conditions import CONDITION_NAMES, Condition
     from real_bench.phases.checking import ControllerCheck
     from real_bench.simulation import load_scene
@@ -130,8 +130,8 @@ def _show(
         for finding in findings:
             click.echo(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.detail}")
     if withheld:
-        click.echo(f"not shown to an isolated controller: {', '.join(withheld)}")
+        click.echo(f"hidden from an isolated controller: {', '.join(withheld)}")
     if commands:
-        click.echo("play and test it by:")
+        click.echo("play and test it with:")
         for command in commands:
             click.echo(f"  {command}")

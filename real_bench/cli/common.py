@@ -1,4 +1,4 @@
-"""What every command has: ``--traceback`` and ``--no-progress``, and help where it stands alone."""
+"""What all commands share: ``--traceback``, ``--no-progress``, and groups that print their help."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import click
 
 @dataclass
 class Common:
-    """What the common options say.
+    """The values of the common options.
 
     Attributes:
-        traceback: print the whole traceback of an error, too.
-        progress: show how far long work has come.
+        traceback: also print the traceback of an error.
+        progress: show the progress of long work.
     """
 
     traceback: bool = False
@@ -25,10 +25,10 @@ class Common:
 
 
 class HelpfulGroup(click.Group):
-    """Commands under one name, which alone prints their help."""
+    """A group of commands that prints its help when called alone."""
 
     def parse_args(self, context: click.Context, arguments: list[str]) -> list[str]:
-        """Take the arguments apart, where there are any."""
+        """Parse the arguments; without any, print the help."""
         if not arguments:
             click.echo(context.get_help())
             context.exit()
@@ -36,7 +36,7 @@ class HelpfulGroup(click.Group):
 
 
 def with_common_options(command: click.Command) -> click.Command:
-    """The command, and those below it, with the common options as well."""
+    """A copy of the command, and of those below it, with the common options added."""
     more = copy.copy(command)
     if isinstance(more, click.Group):
         more.commands = {name: with_common_options(each) for name, each in more.commands.items()}
@@ -46,14 +46,14 @@ def with_common_options(command: click.Command) -> click.Command:
 
 
 def progress_wanted() -> bool:
-    """Whether the command that is running is to show how far it has come."""
+    """Whether the running command should show progress."""
     context = click.get_current_context(silent=True)
     common = None if context is None else context.find_object(Common)
     return common is None or common.progress
 
 
 def traceback_of(error: BaseException) -> str:
-    """Where an error came from, with all that led to it, in whatever process."""
+    """The traceback of an error, with its causes, from whatever process."""
     return "".join(traceback.format_exception(error)).rstrip()
 
 
@@ -75,7 +75,7 @@ _OPTIONS = (
     _flag(
         "--traceback",
         set_to=True,
-        help="Where something fails, print the traceback as well: file and line of every call.",
+        help="On an error, also print the traceback: file and line of every call.",
     ),
-    _flag("progress", "--no-progress", set_to=False, help="Do not show how far it has come."),
+    _flag("progress", "--no-progress", set_to=False, help="Do not show progress."),
 )

@@ -25,8 +25,8 @@ def compare(a: str, b: str, as_json: bool) -> None:
 
     A and B are each a result, a folder of results, or a quoted pattern. Results on the same goal
     set are repeats. Prints the score of both on each goal; and for every metric the mean difference
-    and the probability that A is better than B on a goal, both with a 95% interval over goals: how
-    far they would go on other goals, not after other plays.
+    and the probability that A is better than B on a goal, both with a 95% interval over goals: what
+    to expect on other goals, not after other plays.
     """
     from real_bench.cli.reading import read_results
     from real_bench.physics import mixture, physics_of

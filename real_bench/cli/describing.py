@@ -35,9 +35,9 @@ def describe_recording(path: Path) -> dict[str, Any]:
 
 
 def fine_levels(recording: Recording) -> dict[str, int]:
-    """Up to which level of Dynamic Abstraction each variable's threshold is below 1 cm.
+    """The last level of Dynamic Abstraction at which each variable's threshold is below 1 cm.
 
-    Levels are counted from 0 to 199; -1 where not even the first one is (paper, section Results).
+    Levels count from 0 to 199; -1 if not even the first one is below (paper, section Results).
     """
     from real_bench.analysis import levels_below, planar
     from real_bench.real_x import DynamicAbstraction
@@ -102,7 +102,7 @@ def describe_experiment(path: Path) -> dict[str, Any]:
 
 
 def print_facts(facts: dict[str, Any]) -> None:
-    """Print facts for a person, one a line."""
+    """Print facts for a person, one per line."""
     width = max(map(len, facts))
     for name, value in facts.items():
         say(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")

@@ -56,7 +56,8 @@ def doctor(scene: str | None, as_json: bool) -> None:
             say("all is well")
         else:
             say(
-                "all runs, but with other physics than the reference: pybullet was compiled "
-                "otherwise, or this processor computes otherwise. Results made here replay bit for "
-                "bit only on such machines, and may differ from published ones beyond chance."
+                "everything runs, but with different physics than the reference: pybullet was "
+                "compiled differently, or this processor computes differently. Results made here "
+                "replay bit for bit only on machines like this one, and may differ from published "
+                "ones beyond chance."
             )

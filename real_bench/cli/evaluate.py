@@ -22,7 +22,7 @@ Example:
 @click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
 @click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
 @click.option(
-    "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
+    "--trials", type=int, help="Test only N goals, each class in proportion. [default: all]"
 )
 @options.trial_steps_option
 @click.option("--run", type=options.FILE, default=defaults.RUN, show_default=True)
@@ -40,11 +40,11 @@ def evaluate(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Play and test in one process, with one controller, of which each trial gets a copy.
+    """Play and test in one process with one controller; each trial gets a copy of it.
 
-    For controllers that keep what they learn in themselves, as the official evaluation let them.
-    One that is to go on learning from trial to trial says so (learns_across_trials).
-    A controller with get_state() and set_state() is better served by intrinsic and extrinsic.
+    For controllers that keep what they learn in memory, as in the official evaluation. One that
+    keeps learning from trial to trial sets learns_across_trials. For a controller with get_state()
+    and set_state(), use intrinsic and extrinsic instead.
     """
     from real_bench.files import check_output
     from real_bench.phases.extrinsic import ExtrinsicPhase

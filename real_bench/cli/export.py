@@ -17,7 +17,7 @@ Example:
 """
 
 LARGEST = 4096
-KINDS = ("csv", "parquet", "minari")  # as in exporting/formats.py, not imported for a --help
+KINDS = ("csv", "parquet", "minari")  # as in exporting/formats.py, which --help must not import
 
 
 def _size(
@@ -28,10 +28,10 @@ def _size(
         return None
     sides = value.split("x")
     if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
-        raise click.BadParameter(f"{value!r} is no width and height such as 80x60")
+        raise click.BadParameter(f"{value!r} is not a width and height like 80x60")
     width, height = map(int, sides)
     if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
-        raise click.BadParameter(f"{value!r}: both must be 1 to {LARGEST}")
+        raise click.BadParameter(f"{value!r}: width and height must be 1 to {LARGEST}")
     return width, height
 
 
@@ -39,13 +39,11 @@ def _size(
 @click.argument("file", type=options.FILE)
 @click.option("--to", "form", type=click.Choice(KINDS), default="csv", show_default=True)
 @click.option(
-    "--out", type=options.FILE, metavar="DIR", help="Folder. [default: one named after --to]"
+    "--out", type=options.FILE, metavar="DIR", help="Output folder. [default: named after --to]"
 )
-@click.option(
-    "--images/--no-images", default=None, help="With images. [default: where they were recorded]"
-)
-@click.option("--image-size", callback=_size, metavar="WxH", help="Shrink images, as in 80x60.")
-@click.option("--name", help="Of a Minari dataset. [default: realbench/FILE-v0]")
+@click.option("--images/--no-images", default=None, help="Include images. [default: if recorded]")
+@click.option("--image-size", callback=_size, metavar="WxH", help="Shrink images, e.g. to 80x60.")
+@click.option("--name", help="Name of the Minari dataset. [default: realbench/FILE-v0]")
 @options.overwrite_option
 def export(
     file: Path,
@@ -56,18 +54,18 @@ def export(
     name: str | None,
     overwrite: bool,
 ) -> None:
-    """Give a recording to others: as tables, or as a dataset of Minari.
+    """Convert a recording to tables or to a Minari dataset.
 
-    CSV and Parquet have a file for each table (transitions, commands, states, object_poses,
-    logged), without images. A Minari dataset has an episode for each stretch of play and a step for
-    each action, with what the condition lets a controller see.
+    CSV and Parquet have one file per table (transitions, commands, states, object_poses, logged),
+    without images. A Minari dataset has one episode per stretch of play and one step per action,
+    with what the condition lets a controller see.
     """
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.exporting import FORMATS, Export
     from real_bench.recording import Recording
 
     if form != "minari" and (images is not None or image_size is not None or name is not None):
-        raise click.UsageError("--images, --image-size and --name are for --to minari")
+        raise click.UsageError("--images, --image-size and --name need --to minari")
     with Recording(file) as recording:
         chosen = Export(
             recording, out or Path(form), images is not False, image_size, name, overwrite

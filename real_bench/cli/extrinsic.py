@@ -20,15 +20,20 @@ Example:
 @click.command(epilog=EPILOG)
 @options.setting_options
 @options.testing_options
-@click.option("--video", type=options.FILE, metavar="DIR", help="Film each trial (.mp4) there.")
 @click.option(
-    "--pictures", type=options.FILE, metavar="DIR", help="Start, goal and end of each trial (.png)."
+    "--video", type=options.FILE, metavar="DIR", help="Write a film of each trial (.mp4) to DIR."
+)
+@click.option(
+    "--pictures",
+    type=options.FILE,
+    metavar="DIR",
+    help="Write start, goal and end of each trial (.png) to DIR.",
 )
 @click.option(
     "--explain",
     type=options.FILE,
     metavar="DIR",
-    help="Why each action was chosen, for each trial: a record (.json) and a picture (.png).",
+    help="Write why each action was chosen to DIR: a .json and a .png per trial.",
 )
 @options.resume_option
 @options.overwrite_option
@@ -37,8 +42,8 @@ Example:
 def extrinsic(out: Path, as_json: bool, **given: Any) -> None:
     """Test a controller on goals that it has never seen, and print the score table.
 
-    Controller, its settings, condition, objects and scene are by default those of the recording.
-    Every trial lasts 10,000 steps and begins in a fresh world. To have a result judged, in CI, see
+    Controller, settings, condition, objects and scene default to those of the recording. Every
+    trial lasts 10,000 steps and begins in a fresh world. To judge a result in CI, see
     `realbench score`.
     """
     result = running.result_of(out=out, allow_part=True, **given)

@@ -30,20 +30,30 @@ Example:
     "--out", type=options.FILE, metavar="DIR", default="figures", show_default=True, help="Folder."
 )
 @click.option(
-    "--settings", "settings_file", type=options.FILE, help="YAML file of how REAL-LD sees."
+    "--settings",
+    "settings_file",
+    type=options.FILE,
+    help="YAML file of settings of REAL-LD's vision.",
 )
 @click.option(
     "--set",
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
-    help="One setting of how REAL-LD sees, as in vae.weight=1; may be repeated.",
+    help="One setting of REAL-LD's vision, e.g. vae.weight=1; may be repeated.",
 )
 @click.option(
-    "--run-steps", type=int, metavar="N", help="Only each recording's first N steps. [default: all]"
+    "--run-steps",
+    type=int,
+    metavar="N",
+    help="Use only each recording's first N steps. [default: all]",
 )
 @click.option(
-    "--seed", type=int, default=0, show_default=True, help="Of learning to see, and of pairs."
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Seed for learning to see and for drawing pairs.",
 )
 @options.overwrite_option
 @options.json_option
@@ -59,12 +69,10 @@ def figures(
 ) -> None:
     """Draw the paper's figures from recordings (.h5) and results (.json), in any order.
 
-    Each figure that the files have the data for becomes a picture (.png), a drawing for print
-    (.svg) and its numbers (.csv); figures.json says what they are of. A recording with images is
-    seen with the weights in it, where REAL-LD or REAL-ILD played; else these are learned now.
-
-    Results must be of the same goals; give the recordings beside them, which alone tell who
-    played what was learned from.
+    Every figure whose data the files hold is written as a picture (.png), a vector drawing (.svg)
+    and its numbers (.csv); figures.json lists their sources. Images are encoded with the weights
+    in the recording if REAL-LD or REAL-ILD played; otherwise weights are learned now. Results must
+    be on the same goals; also give the recordings that they learned from, which say who played.
     """
     from real_bench.figures import FigureOptions
     from real_bench.figures.saving import prepare_folder
@@ -90,14 +98,14 @@ def _read(recordings: Sequence[Path], results: Sequence[Path], chosen: FigureOpt
 
 
 def _draw_all(data: FigureData, chosen: FigureOptions, out: Path) -> dict[str, Any]:
-    """Draw and write what can be drawn, and last of all the summary of it."""
+    """Draw and write what can be drawn, then the summary."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import FIGURES, facts
     from real_bench.figures.saving import remove_drawing, save_drawing, save_summary
 
     drawings = {kind.name: kind.draw(data) for kind in FIGURES}
     if not any(drawings.values()):
-        raise RealBenchError("nothing can be drawn: there is no whole action and no whole result")
+        raise RealBenchError("nothing to draw: no file has a whole action or a complete result")
     with ProgressDisplay("drawing", "figures", len(FIGURES)) as display:
         for number, (name, drawing) in enumerate(drawings.items()):
             display.update(number, name)
@@ -115,7 +123,7 @@ def _draw_all(data: FigureData, chosen: FigureOptions, out: Path) -> dict[str, A
 
 
 def _report(summary: dict[str, Any], out: Path) -> None:
-    """Say what was drawn, and for each figure that was not what it needs."""
+    """Print what was drawn, and what every other figure needs."""
     for name in summary["drawn"]:
         say(f"{name}: {out / name}.png, .svg, .csv")
     for name, needs in summary["not_drawn"].items():

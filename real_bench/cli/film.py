@@ -8,6 +8,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import say
+from real_bench.counting import counted
 
 EPILOG = """\b
 Example:
@@ -27,10 +28,10 @@ def _range(context: click.Context, option: click.Parameter, value: str) -> slice
     except ValueError:
         begin = end = None
     if begin is None and end is None and value != ":":
-        raise click.BadParameter(f"{value!r} is no range of actions such as 10:20, 10:, -5: or 7")
+        raise click.BadParameter(f"{value!r} is not a range of actions like 10:20, 10:, -5: or 7")
     if colon:
         return slice(begin, end)
-    assert begin is not None  # or it was refused
+    assert begin is not None  # refused above
     return slice(begin, begin + 1 or None)
 
 
@@ -42,7 +43,7 @@ def _range(context: click.Context, option: click.Parameter, value: str) -> slice
     metavar="A:B",
     default="-10:",
     show_default=True,
-    help="From action A to before action B, counted from 0.",
+    help="From action A up to, not including, action B, counted from 0.",
 )
 @click.option("--out", type=options.FILE, help=f"The film, MP4. [default: {DEFAULT_FILM}]")
 @click.option(
@@ -55,9 +56,9 @@ def film(
 ) -> None:
     """Make a film of a part of a recording, as it was played.
 
-    The actions are replayed exactly. For that all must be replayed since the run began, or was
-    last resumed: a late part of a long run takes some minutes. Each frame tells condition,
-    action and step; a second of film is 4 seconds of the robot.
+    The actions are replayed exactly, so everything since the run began or was last resumed must be
+    replayed: a late part of a long run takes minutes. Each frame shows condition, action and step;
+    a second of film is 4 seconds of robot time.
     """
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.files import check_output
@@ -67,15 +68,15 @@ def film(
     from real_bench.replay.showing import film_part, show_part
 
     if gui and out is not None:
-        raise click.UsageError("--gui shows the part in a window: there is no film for --out")
+        raise click.UsageError("--gui shows a window and writes no film: leave out --out")
     out = out or DEFAULT_FILM
     with Recording(file) as recording:
         n_actions = len(recording)
     first, last, _ = actions.indices(n_actions)
     if first >= last:
         raise click.UsageError(
-            f"{file} has {n_actions:,} actions"
-            + (f", 0 to {n_actions - 1}: none of them is asked for" if n_actions else ": no film")
+            f"{file} has {counted(n_actions, 'action')}"
+            + (f", 0 to {n_actions - 1}: --actions selects none" if n_actions else ": no film")
         )
     if not gui:
         check_output(out, overwrite=overwrite)

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say
+from real_bench.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
@@ -22,7 +23,10 @@ existing_file = click.Path(exists=True, dir_okay=False, path_type=Path)
 output_file = click.Path(path_type=Path)
 
 scene_option = click.option(
-    "--scene", default="official", show_default=True, help="A scene's name, or its manifest."
+    "--scene",
+    default="official",
+    show_default=True,
+    help="Name of a scene, or path to its manifest.",
 )
 
 GOALS_EPILOG = """\b
@@ -54,7 +58,7 @@ Example:
 
 
 def how_many(default: int) -> dict[str, Any]:
-    """What an option for a number of goals has in common with the others."""
+    """What the options for numbers of goals share."""
     kind = click.IntRange(min=0)
     return {"type": kind, "default": default, "show_default": True, "metavar": "N"}
 
@@ -74,7 +78,7 @@ def goals() -> None:
     default=0,
     show_default=True,
     metavar="N",
-    help="What the goals are drawn from.",
+    help="Seed that the goals are drawn from.",
 )
 @click.option(
     "--out", type=output_file, default="goals.npy", show_default=True, help="The goal set to write."
@@ -82,12 +86,12 @@ def goals() -> None:
 @click.option(
     "--secret",
     is_flag=True,
-    help="Draw a seed that nobody can guess, keep it apart, and print a commitment to publish.",
+    help="Draw a secret seed, keep it in a file of its own, and print a commitment to publish.",
 )
 @scene_option
 @click.option("--2d", "n_2d", **how_many(25), help="Goals on the table.")
 @click.option("--25d", "n_25d", **how_many(15), help="Goals on table and shelf.")
-@click.option("--3d", "n_3d", **how_many(10), help="The same, in any orientation.")
+@click.option("--3d", "n_3d", **how_many(10), help="Goals on table and shelf, in any orientation.")
 @options.overwrite_option
 @click.pass_context
 def generate(
@@ -104,9 +108,9 @@ def generate(
 ) -> None:
     """Draw goals by the rules of the official sets; the same seed gives the same file.
 
-    With --secret the seed and a salt go into a file of their own beside the set (.opening.json):
-    publish the commitment before the competition, and that file after it, when anybody can check
-    the goals by `realbench goals open`.
+    With --secret the seed and a salt go into a file of their own beside the set (.opening.json).
+    Publish the commitment before the competition and that file after it; then anybody can check
+    the goals with `realbench goals open`.
     """
     from real_bench.files import check_output
     from real_bench.goal_sets import save_goal_set
@@ -128,16 +132,16 @@ def generate(
 @goals.command("open", epilog=OPEN_EPILOG)
 @click.argument("file", type=existing_file)
 @click.argument("opening", type=existing_file)
-@click.option("--commitment", required=True, metavar="SHA256", help="As it was published before.")
+@click.option("--commitment", required=True, metavar="SHA256", help="The published commitment.")
 @click.option(
     "--redraw/--no-redraw",
     default=True,
     show_default=True,
-    help="Draw the goals again from the opened seed, too.",
+    help="Also draw the goals again from the opened seed.",
 )
 @scene_option
 def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene: str) -> None:
-    """Check that secret goals are those that were committed to, and that nobody chose them."""
+    """Check that secret goals match their commitment, and were drawn rather than chosen."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.errors import GoalSetError
     from real_bench.goal_sets import load_goal_set
@@ -153,11 +157,11 @@ def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene
             )
         if not same:
             raise GoalSetError(
-                f"{file} is what was committed to, but seed {opened.seed} draws other goals here "
-                "(with other physics it may: see `realbench doctor`)"
+                f"{file} matches the commitment, but seed {opened.seed} draws different goals here "
+                "(different physics can cause this: see `realbench doctor`)"
             )
     how = f", drawn from seed {opened.seed}" if redraw else ""
-    say(f"{file}: these are the {len(goal_set)} goals that were committed to{how}")
+    say(f"{file}: {counted(len(goal_set), 'goal')} as committed to{how}")
 
 
 @goals.command(epilog=SHOW_EPILOG)
@@ -221,8 +225,8 @@ def _generate_secret(
     for path in (out, kept):
         path.chmod(0o600)
     _report(goal_set, out)
-    say(f"{kept}: seed and salt; keep it, and the goals, to yourself until they may be known")
-    say(f"commitment, to be published now: {opening.commitment}")
+    say(f"{kept}: seed and salt; keep it and the goals secret until they may be known")
+    say(f"commitment, publish it now: {opening.commitment}")
 
 
 def _generate_with_progress(
@@ -240,4 +244,5 @@ def _generate_with_progress(
 def _report(goal_set: GoalSet, written: Path) -> None:
     classes = ", ".join(f"{count} {name}" for name, count in goal_set.counts.items() if count)
     objects = ", ".join(goal_set.object_names)
-    say(f"{written}: {len(goal_set)} goals ({classes}), {objects}, scene {goal_set.scene}")
+    number = counted(len(goal_set), "goal")
+    say(f"{written}: {number} ({classes}), {objects}, scene {goal_set.scene}")

@@ -28,7 +28,7 @@ Example:
 @click.argument("file", type=options.FILE)
 @options.json_option
 def inspect(file: Path, as_json: bool) -> None:
-    """Say what is in a recording (.h5), goal set (.npy), result (.json) or experiment (.yaml)."""
+    """Show what is in a recording (.h5), goal set (.npy), result (.json) or experiment (.yaml)."""
     describe = {
         kinds.RECORDING: describe_recording,
         kinds.GOAL_SET: describe_goals,

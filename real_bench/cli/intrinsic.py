@@ -35,9 +35,9 @@ Example:
 def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: Any) -> None:
     """Let a controller play freely and record every action and its outcome.
 
-    Defaults of a new run: condition IM, one object, scene official, seed 0. A resumed run takes
-    all it is not told from the recording. Ctrl-C stops it after the current action; a run that
-    was stopped or killed goes on with --resume.
+    A new run defaults to condition IM, one object, scene official, seed 0. A resumed run takes from
+    the recording whatever is not given. Ctrl-C stops it after the current action; --resume
+    continues a run that was stopped or killed.
     """
     phase = running.plan_of(out, resume=resume, **given)
     running.play(phase, resume=resume, overwrite=overwrite).close()

@@ -1,4 +1,4 @@
-"""Which of our files a file is."""
+"""Which kind of benchmark file a file is."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _SIGNS: dict[str, tuple[str, bytes | None]] = {
 
 
 def kind_of(file: Path) -> str:
-    """What a file is by its first bytes, or by its name where these say nothing.
+    """The kind of a file, by its first bytes or else by its suffix.
 
     Raises:
-        click.UsageError: neither says anything.
+        click.UsageError: it is none of them, or does not exist.
     """
     first = b""
     if file.is_file():
@@ -33,15 +33,17 @@ def kind_of(file: Path) -> str:
     for kind, (suffix, _) in _SIGNS.items():
         if file.suffix == suffix:
             return kind
-    raise click.UsageError(f"{file} is no {', '.join(_SIGNS)}")
+    if not file.exists():
+        raise click.UsageError(f"file not found: {file}")
+    raise click.UsageError(f"{file} is none of: {', '.join(_SIGNS)}")
 
 
 def by_kind(files: Sequence[Path], *wanted: str) -> dict[str, list[Path]]:
-    """Files by what they are, each once; raises click.UsageError for what is not wanted."""
+    """Files by kind, each once; raises click.UsageError for an unwanted kind."""
     found: dict[str, list[Path]] = {kind: [] for kind in wanted}
     for file in {file.resolve(): file for file in files}.values():
         kind = kind_of(file)
         if kind not in found:
-            raise click.UsageError(f"{file} is a {kind}: give {' or '.join(wanted)}")
+            raise click.UsageError(f"{file}: {' or '.join(wanted)} expected, not {kind}")
         found[kind].append(file)
     return found

@@ -25,20 +25,20 @@ Example:
 @click.option("--round", "name", metavar="NAME", help="Only this round. [default: all]")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option(
-    "--site", type=options.FILE, metavar="DIR", help="Write a static site, a page a submission."
+    "--site", type=options.FILE, metavar="DIR", help="Write a static site, one page per submission."
 )
 @click.option(
-    "--films", is_flag=True, help="Film every trial for the site, which takes as long as a test."
+    "--films", is_flag=True, help="Film every trial for the site (takes as long as a test)."
 )
 @options.overwrite_option
 def leaderboard(
     results: Path, name: str | None, form: str, site: Path | None, films: bool, overwrite: bool
 ) -> None:
-    """Rank what came of the rounds in RESULTS.
+    """Rank the submissions of the rounds in RESULTS.
 
-    Rank, mean, 95% interval, the scores of each class of goals, status, date, hash, and whether the
-    results were verified (`realbench verify RESULTS`). The site shows pictures of goals unless they
-    are secret; these once the round says that they are released.
+    Prints rank, mean, 95% interval, the score on each class of goals, status, date, hash, and
+    whether the results were verified (`realbench verify RESULTS`). The site shows pictures of
+    secret goals only once the round says that they are released.
     """
     from real_bench.competition import leaderboard as boards
 
@@ -51,7 +51,7 @@ def leaderboard(
         say(f"site: {site / 'index.html'}")
         return
     if films:
-        raise click.UsageError("--films are for a --site")
+        raise click.UsageError("--films needs --site")
     if form == "json":
         say(json.dumps(boards.json_boards(found)))
     elif form == "markdown":

@@ -31,24 +31,28 @@ set_option: Decorator = click.option(
     "assignments",
     multiple=True,
     metavar="NAME=VALUE",
-    help="One of the controller's settings, as in planner.depth=8; may be repeated.",
+    help="One of the controller's settings, e.g. planner.depth=8; may be repeated.",
 )
 condition_option: Decorator = click.option(
-    "--condition", metavar="XY", help="OM, IM, IJ, OJ, OC or IC, by the paper's names."
+    "--condition", metavar="XY", help="OM, IM, IJ, OJ, OC or IC, as in the paper."
 )
 objects_option: Decorator = click.option(
     "--objects", type=int, help="Number of objects, 1 to 3 in the scenes that ship."
 )
 scene_option: Decorator = click.option(
-    "--scene", metavar="S", help="official, builtin, or the path of a manifest."
+    "--scene", metavar="S", help="official, builtin, or the path to a manifest."
 )
 seed_option: Decorator = click.option("--seed", type=int, help="Seed of all randomness.")
 
 LIMIT_OPTIONS: tuple[Decorator, ...] = (
-    click.option("--memory-limit", type=float, metavar="GIB", help="Its memory. [default: 8]"),
-    click.option("--call-limit", type=float, metavar="S", help="Time for a call. [default: 3600]"),
     click.option(
-        "--total-limit", type=float, metavar="S", help="Time for all calls. [default: 86400]"
+        "--memory-limit", type=float, metavar="GIB", help="Memory it may use. [default: 8]"
+    ),
+    click.option(
+        "--call-limit", type=float, metavar="S", help="Time limit per call. [default: 3600]"
+    ),
+    click.option(
+        "--total-limit", type=float, metavar="S", help="Time limit for all calls. [default: 86400]"
     ),
 )
 
@@ -58,7 +62,7 @@ trial_steps_option: Decorator = click.option(
     metavar="N",
     default=lambda: lengths.TRIAL_STEPS,
     show_default="10,000",
-    help="Length of a trial; of another one, scores compare with nothing published.",
+    help="Length of a trial; with another one, scores do not compare with published ones.",
 )
 
 TESTING_OPTIONS: tuple[Decorator, ...] = (
@@ -77,23 +81,23 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
         "--keep-learned",
         "learned",
         flag_value="keep",
-        help="Go on with what it learned by other code or settings.",
+        help="Use what it learned with other code or settings.",
     ),
     click.option(
         "--relearn",
         "learned",
         flag_value="again",
-        help="Have it learn again from the recording, and not go on from what it learned then.",
+        help="Let it learn again from the recording instead of using what it learned then.",
     ),
     click.option(
         "--as-made",
         "learned",
         flag_value="nothing",
-        help="Test it although the recording holds nothing of what it learned.",
+        help="Test it even if the recording does not hold what it learned.",
     ),
     click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
     click.option(
-        "--trials", type=int, help="Test only N goals, of all classes in proportion. [default: all]"
+        "--trials", type=int, help="Test only N goals, each class in proportion. [default: all]"
     ),
     trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
@@ -110,10 +114,10 @@ SETTING_OPTIONS: tuple[Decorator, ...] = (
     seed_option,
 )
 allow_part_option: Decorator = click.option(
-    "--allow-part", is_flag=True, help="Judge a test of only a part of its goals, too."
+    "--allow-part", is_flag=True, help="Also judge a test of only part of the goals."
 )
 resume_option: Decorator = click.option(
-    "--resume", is_flag=True, help="Go on where the output file ends, if it exists."
+    "--resume", is_flag=True, help="Continue where the output file ends, if it exists."
 )
 overwrite_option: Decorator = click.option(
     "--overwrite", is_flag=True, help="Replace the output file if it exists."
@@ -124,24 +128,24 @@ json_option: Decorator = click.option(
 
 
 def setting_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """What every phase is told: who plays, with what settings, under which condition, where."""
+    """Options of both phases: who plays, with what settings, under which condition, where."""
     return _with(SETTING_OPTIONS, command)
 
 
 def testing_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """What a test is told beside that: what to learn from, the goals, where the result goes."""
+    """Further options of a test: what to learn from, the goals, where the result goes."""
     return _with(TESTING_OPTIONS, command)
 
 
 @dataclass(frozen=True)
 class Isolation:
-    """What the isolation options say: whether, and what an isolated controller may use up."""
+    """The values of the isolation options: whether to isolate, and within which limits."""
 
     isolate: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
 
     def backend(self, secrets: Iterable[Path | None]) -> ControllerBackend:
-        """Where the controller is to run; says on standard error what isolates it there.
+        """Where the controller will run; prints on standard error what isolates it.
 
         Args:
             secrets: files and folders that an isolated controller must not be able to read.
@@ -162,14 +166,14 @@ class Isolation:
     def check(self) -> None:
         """Raise UsageError for limits of what is not isolated."""
         if self.limits and not self.isolate:
-            raise click.UsageError("limits are for isolated controllers: use --isolate, too")
+            raise click.UsageError("limits are for isolated controllers: add --isolate")
 
 
 NOT_ISOLATED = Isolation()
 
 
 def limit_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """What an isolated controller may use up; the command is given those asked for: ``limits``."""
+    """Options for limits of an isolated controller; the command gets those given as ``limits``."""
 
     @wraps(command)
     def with_limits(
@@ -186,7 +190,7 @@ def limit_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def say_sandbox() -> None:
-    """Say on standard error what isolates controllers here, and what is not enforced."""
+    """Print on standard error what isolates controllers here, and what is not enforced."""
     from real_bench.sandbox import sandbox_support
 
     say(f"the controller is {sandbox_support().describe()}", err=True)
@@ -198,12 +202,12 @@ def isolate_option(*, by_default: bool = False) -> Decorator:
         "--isolate/--no-isolate",
         default=by_default,
         show_default=True,
-        help="Run the controller in a process of its own, where it reaches nothing else.",
+        help="Run the controller in a process of its own that cannot reach anything else.",
     )
 
 
 def isolation_options(*, by_default: bool = False) -> Decorator:
-    """Whether, and within which limits; the command is given ``isolation``."""
+    """Options for whether to isolate, and the limits; the command gets ``isolation``."""
 
     def decorator(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
@@ -217,7 +221,7 @@ def isolation_options(*, by_default: bool = False) -> Decorator:
 
 
 def _with(chosen: Iterable[Decorator], command: Callable[..., Any]) -> Callable[..., Any]:
-    """The command with options, which its help shows in this order."""
+    """The command with options, in the order in which its help shows them."""
     for option in reversed(tuple(chosen)):
         command = option(command)
     return command

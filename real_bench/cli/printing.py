@@ -1,4 +1,4 @@
-"""All that commands print: nothing in it moves a terminal's cursor, and no number is cut."""
+"""How commands print: no text can move a terminal's cursor, and no number is cut."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ class _Lines(logging.Handler):
 
 
 def log_on_stderr() -> None:
-    """Print what parts say of their work on standard error, a line each."""
+    """Print log messages on standard error, one line each."""
     logger = logging.getLogger("real_bench")
     logger.setLevel(logging.INFO)
     logger.handlers[:] = [_Lines()]
 
 
 def say(text: str, *, err: bool = False) -> None:
-    """Print a text, whoever wrote it; on standard error where ``err``."""
+    """Print a text, even a stranger's; on standard error if ``err``."""
     click.echo(printable(text), err=err)
 
 
 def print_tables(*things: RenderableType) -> None:
     """Print tables and lines.
 
-    Rather lines that the terminal breaks than columns too narrow for a number.
+    Where there is no room, the terminal breaks lines; no column is too narrow for its numbers.
     """
     from rich.console import Console, Group
     from rich.measure import Measurement

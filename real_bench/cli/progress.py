@@ -1,4 +1,4 @@
-"""Progress of long work, on stderr: a live bar for a person, a line now and then for a log."""
+"""Progress of long work, on stderr: a live bar in a terminal, a line now and then in a log."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from real_bench.quoting import printable
 
 SECONDS_BETWEEN_LINES = 30.0
 SECONDS_OF_NO_INTEREST = 1.0
-"""What a controller is busy with for less is not told."""
+"""Shorter activities of a controller are not shown."""
 LEAST_WIDTH = 72
-"""Of a terminal in which a bar has room for its numbers; a narrower one gets lines."""
+"""Width of a terminal in which a bar has room for its numbers; a narrower one gets lines."""
 
 
 def _cut(*, max_width: int | None = None, ratio: int | None = None) -> Column:
-    """A column whose text is cut where there is no room, so that numbers keep theirs."""
+    """A column whose text is cut if there is no room, so that numbers keep theirs."""
     return Column(no_wrap=True, overflow="ellipsis", max_width=max_width, ratio=ratio)
 
 
 class _NoteColumn(ProgressColumn):
-    """What is told beside the numbers; asked for whenever the bar is drawn."""
+    """The text beside the numbers, read whenever the bar is drawn."""
 
     max_refresh = None
 
@@ -52,13 +52,13 @@ class _NoteColumn(ProgressColumn):
 
 
 class ProgressDisplay:
-    """How far a piece of work has come; use it as a context manager.
+    """The progress of a piece of work; use it as a context manager.
 
-    Shows nothing where the user said ``--no-progress``.
+    Shows nothing with ``--no-progress``.
 
     Args:
-        title: what is done.
-        unit: of what ``total`` counts.
+        title: what is being done.
+        unit: what ``total`` counts.
         total: how much there is to do.
     """
 
@@ -96,12 +96,12 @@ class ProgressDisplay:
 
     @property
     def note(self) -> str:
-        """What is told beside the numbers: a long activity, or what was last said."""
+        """The text beside the numbers: a long activity, or the last note."""
         return self._busy_with() or self._note
 
     @contextmanager
     def activity(self, what: str) -> Iterator[None]:
-        """The controller is busy with something, which takes as long as the context."""
+        """Show what the controller is busy with, as long as the context lasts."""
         self._activity = (printable(what), time.monotonic())
         try:
             yield
@@ -109,7 +109,7 @@ class ProgressDisplay:
             self._activity = None
 
     def update(self, done: int, note: str = "") -> None:
-        """So much is done; ``note`` is shown beside it."""
+        """Show how much is done, and ``note`` beside it."""
         self._done, self._note = done, printable(note)
         if self._first is None:
             self._first = done
@@ -119,7 +119,7 @@ class ProgressDisplay:
         self._print_now_and_then()
 
     def _print_now_and_then(self) -> None:
-        """A line, in a log that has had none for a while."""
+        """Print a line in a log that has had none for a while."""
         now = time.monotonic()
         if self._wanted and not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = now
@@ -140,20 +140,20 @@ class ProgressDisplay:
     def _line(self) -> str:
         done = self._done
         parts = [f"{self._title}: {done:,} of {self._total:,} {self._unit}", self.note]
-        # the first report only says where it begins
+        # the first report only says where work begins
         if self.rate(done) > 0 and not self._busy_with():
             parts.append(f"about {(self._total - done) / self.rate(done):,.0f} s left")
         return ", ".join(filter(None, parts))
 
     def rate(self, done: int) -> float:
-        """How much is done a second, in this process."""
+        """How much is done per second, in this process."""
         return (done - (self._first or 0)) / max(time.monotonic() - self._began, 1e-9)
 
     def __enter__(self) -> ProgressDisplay:
         self._bar.start()
         if self._wanted and not self._live:
             threading.Thread(target=self._print_while_busy, daemon=True).start()
-        if self._live:  # what parts say of their work goes above the bar
+        if self._live:  # log messages go above the bar
             handlers = logging.getLogger("real_bench").handlers
             self._others, handlers[:] = list(handlers), [self._handler]
         return self

@@ -1,4 +1,4 @@
-"""Read what the user named: a file, all that lie in a folder, or what fits a pattern."""
+"""Read the files that the user named: one, all in a folder, or all that match a pattern."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def read_results(named: str) -> list[Result]:
-    """The results that a path or a pattern names; raises ResultError where there is none."""
+    """The results that a path or a pattern names; raises ResultError if there are none."""
     from real_bench.scoring.result import load_result
 
     path = Path(named)

@@ -29,12 +29,15 @@ Example:
     "--goals",
     type=options.FILE,
     multiple=True,
-    help="A goal set that was tested, for its pictures; may be repeated. [default: the shipped]",
+    help="Goal set of the results, for pictures; may be repeated. [default: the shipped ones]",
 )
 @click.option(
-    "--videos", type=options.FILE, metavar="DIR", help="Films of the trials of the only result."
+    "--videos",
+    type=options.FILE,
+    metavar="DIR",
+    help="Folder with films of the trials, if there is one result.",
 )
-@click.option("--released", is_flag=True, help="Show goals that were drawn to be secret.")
+@click.option("--released", is_flag=True, help="Show secret goals.")
 @options.overwrite_option
 def report(
     files: tuple[Path, ...],
@@ -45,11 +48,10 @@ def report(
     released: bool,
     overwrite: bool,
 ) -> None:
-    """Make one HTML file that shows what was done, and works offline and on a phone.
+    """Write one HTML file that shows what was done; it works offline and on a phone.
 
-    FILES are experiments (.yaml), of which the table is shown; results (.json), of which every goal
-    is shown with start, goal and end; and recordings (.h5). All figures are drawn for which they
-    have the data.
+    FILES are experiments (.yaml), shown as a table; results (.json), shown with start, goal and end
+    of every trial; and recordings (.h5). Every figure whose data they hold is drawn.
     """
     from real_bench.files import check_output
     from real_bench.report import write_report

@@ -33,9 +33,9 @@ Example:
   realbench round run submissions/ round.yaml --round final --scheduler tcp://10.0.0.1:8786
 
 \b
-Exit code: 0 every submission has come to its end, scored or not; 1, 2 the job is broken;
-130 stopped. What a submission came to is in its status, and in --junit: a failure for one that
-is refused, an error for one that failed.
+Exit code: 0 every submission is finished, scored or not; 1, 2 the job is broken; 130 stopped.
+Each submission's outcome is in its status, and in --junit: a failure if it was refused, an
+error if it failed.
 """
 CODABENCH_EPILOG = """\b
 Example:
@@ -46,17 +46,17 @@ Example:
 
 @click.group(epilog=EPILOG)
 def round() -> None:
-    """Hold the rounds of a competition, which one YAML file describes (docs/competition.md)."""
+    """Hold the rounds of a competition, described in one YAML file (docs/competition.md)."""
 
 
 @round.command(epilog=RUN_EPILOG)
 @click.argument("submissions", type=options.FILE)
 @click.argument("spec", type=options.FILE)
 @click.option("--round", "name", metavar="NAME", help="Only this round. [default: all]")
-@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one a core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Do the jobs on this Dask cluster.")
-@click.option("--retry", is_flag=True, help="Try again what failed.")
-@click.option("--junit", type=options.FILE, help="Write what came of each as JUnit XML.")
+@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one per core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Run the jobs on this Dask cluster.")
+@click.option("--retry", is_flag=True, help="Retry what failed.")
+@click.option("--junit", type=options.FILE, help="Write each submission's outcome as JUnit XML.")
 @options.overwrite_option
 @click.pass_context
 def run(
@@ -70,11 +70,11 @@ def run(
     junit: Path | None,
     overwrite: bool,
 ) -> None:
-    """Let all SUBMISSIONS, folders or archives in a folder, play and be tested.
+    """Play and test all SUBMISSIONS, folders or archives in a folder.
 
-    Every submission runs isolated, within the round's limits. Makes what is missing, and lets none
-    stop the others. Stop it whenever you like (or pull the plug): the same command goes on, and
-    ends in the same leaderboard.
+    Every submission runs isolated, within the round's limits; none can stop the others. Only what
+    is missing is run: stop whenever you like (or pull the plug), and the same command continues,
+    to the same leaderboard.
     """
     from real_bench.competition.junit import standings_report
     from real_bench.competition.running import RoundRun
@@ -103,7 +103,7 @@ def run(
         from real_bench.errors import in_short
 
         reasons = in_short([failure.detail for failure in broken.values()])
-        say(f"realbench: by no fault of a submission: {reasons}; repeat the command", err=True)
+        say(f"realbench: through no fault of a submission: {reasons}; repeat the command", err=True)
         sys.exit(BROKEN)
 
 
@@ -135,15 +135,14 @@ def _show(folder: Path) -> None:
     default="realbench:platform",
     show_default=True,
     metavar="NAME",
-    help="The image of our Dockerfile (target platform), as the platform finds it.",
+    help="Image built from our Dockerfile (target platform), as the platform can pull it.",
 )
 @options.overwrite_option
 def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
-    """Write the rounds as a bundle for Codabench, to be uploaded there.
+    """Write the rounds as a bundle to upload to Codabench.
 
-    A round is a phase with a task; its ingestion program lets a submission play and be tested,
-    isolated, and its scoring program replays every trial. The bundle holds the goals: keep it to
-    yourself.
+    Each round is a phase with a task: its ingestion program plays and tests a submission, isolated,
+    and its scoring program replays every trial. The bundle holds the goals: keep it secret.
     """
     from real_bench.competition.codabench import write_bundle
     from real_bench.competition.spec import read_competition
@@ -153,4 +152,4 @@ def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
     for name in write_bundle(read_competition(spec), out, image):
         say(f"  {name}")
     out.chmod(0o600)
-    say(f"{out}: with the goals; keep it to yourself")
+    say(f"{out}: holds the goals; keep it secret")

@@ -1,4 +1,4 @@
-"""Phases run for a command: with progress shown, and what a controller prints kept apart."""
+"""Run phases for a command: show progress, and keep what a controller prints off stdout."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import click
 from real_bench import defaults
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
+from real_bench.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.phases.extrinsic import ExtrinsicPhase
@@ -36,7 +37,7 @@ def plan_of(
 ) -> IntrinsicPhase:
     """The play that the options ask for.
 
-    An isolated controller must not be able to read the recording, nor ``secrets``.
+    An isolated controller must not be able to read the recording or ``secrets``.
     """
     from real_bench.phases.plans import plan_play
     from real_bench.settings import read_settings
@@ -60,7 +61,7 @@ def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerP
                 progress.n_steps, f"{rate:,.0f} steps/s, {moved:.0%} of actions moved an object"
             )
 
-        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
             return phase.run(report, resume=resume, overwrite=overwrite, activity=display.activity)
 
 
@@ -86,7 +87,7 @@ def result_of(
 ) -> Result:
     """The result of the test that the options ask for; progress is shown.
 
-    An isolated controller must not be able to read any file of the test, nor ``secrets``.
+    An isolated controller must not be able to read any file of the test or ``secrets``.
     """
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test
@@ -111,15 +112,15 @@ def result_of(
 
 
 def trials_asked(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> int:
-    """How many goals are to be tested: all of them unless told otherwise.
+    """How many goals to test: ``trials``, or all if None.
 
-    Raises UsageError for a part of them that is to be judged, unless that is allowed.
+    Raises UsageError if only a part would be judged without ``allow_part``.
     """
     whole = len(plan.goal_set)
     if trials is not None and 0 < trials < whole and not allow_part:
         raise click.UsageError(
-            f"--trials {trials} tests a part of the {whole} goals: to have it judged all the same, "
-            "use --allow-part"
+            f"--trials {trials} tests only a part of the {counted(whole, 'goal')}: "
+            "add --allow-part to judge it"
         )
     return whole if trials is None else trials
 
@@ -136,7 +137,7 @@ def run_trials(
         def report(result: Result) -> None:
             display.update(len(result.trials), f"score {result.score:.3f}")
 
-        with contextlib.redirect_stdout(sys.stderr):  # what a controller prints is no result
+        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
             return phase.run(
                 report,
                 resume=resume,
@@ -147,7 +148,7 @@ def run_trials(
 
 
 def show_result(result: Result, out: Path, *, as_json: bool) -> None:
-    """Print the score table, or as JSON what the file holds and what follows from it."""
+    """Print the score table, or the result and its scores as JSON."""
     from real_bench.scoring.summary import summary_json
 
     if as_json:

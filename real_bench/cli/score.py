@@ -29,9 +29,9 @@ Example:
   realbench score 'results/*.json' --baseline best.json --goals goals.npy
 
 \b
-Exit code: 0 passed; 3 a bad submission: a check fails, or it cannot be loaded; 4 the controller
-failed: it raised an error, took too long or too much, or broke a rule; 1, 2 the job is broken.
-In JUnit XML a 3 is a failure, a 4 an error; a broken job writes none.
+Exit code: 0 passed; 3 bad submission: a check fails, or it cannot be loaded; 4 the controller
+failed: it raised an error, took too much time or memory, or broke a rule; 1, 2 the job is
+broken. In JUnit XML, 3 is a failure and 4 an error; a broken job writes none.
 """
 
 NOT_PASSED = 3
@@ -43,11 +43,13 @@ OF_BOTH = (
 
 @click.command(epilog=EPILOG)
 @click.argument("files", nargs=-1)
-@click.option("--min", "minimum", type=float, metavar="X", help="The least mean score.")
+@click.option(
+    "--min", "minimum", type=float, metavar="X", help="The lowest mean score that passes."
+)
 @click.option(
     "--baseline",
     metavar="FILE",
-    help="Results on the same goals, than which these must not be worse beyond chance.",
+    help="Results on the same goals; these must not be worse beyond chance.",
 )
 @click.option("--markdown", type=options.FILE, help="Append a summary to this file.")
 @click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
@@ -72,16 +74,16 @@ def score(
     as_json: bool,
     **given: Any,
 ) -> None:
-    """Judge a controller, or the results of one, for CI: see the exit codes below.
+    """Judge a controller or its results, for CI: see the exit codes below.
 
-    With --controller or --run it is tested first, as by `realbench extrinsic`, but isolated: made
-    for submissions, which are code from strangers. Else FILES are results, folders of results, or
-    quoted patterns; results on the same goal set are repeats.
+    With --controller or --run the controller is tested first, as by `realbench extrinsic`, but
+    isolated: submissions are code from strangers. Otherwise FILES are results, folders of results,
+    or quoted patterns; results on the same goal set are repeats.
 
-    Checks that all goals are tested, and are those of --goals where these are given; that trials
-    are of full length; that the mean is not below --min, and not below the baseline's beyond
-    chance: the 95% interval over goals of the difference is not all negative. Says which goals were
-    accepted. With --allow-part a finished test of a part of the goals (--trials) passes, too.
+    Checks that all goals were tested, and are those of --goals if given; that trials have full
+    length; that the mean is not below --min, nor below the baseline's beyond chance: the 95%
+    interval over goals of the difference is not all negative. Prints which goals were accepted.
+    With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
     from real_bench.cli.reading import read_results
     from real_bench.files import Output
@@ -89,9 +91,11 @@ def score(
 
     test_options = _options_of_a_test(context)
     if files and test_options:
-        raise click.UsageError(f"{test_options[0]} is for a test, and FILES are results of tests")
+        raise click.UsageError(
+            f"{test_options[0]} is for running a test: leave it out, or give no FILES"
+        )
     if not (files or given["controller"] or given["run"]):
-        raise click.UsageError("give result files, or a --controller (or its --run) to be tested")
+        raise click.UsageError("give result files, or --controller or --run to test")
     page_file = cases_file = None
     if junit is not None:
         cases_file = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
@@ -133,7 +137,7 @@ def score(
 
 
 def _options_of_a_test(context: click.Context) -> list[str]:
-    """Those options of a test that were given, as they are written."""
+    """The test options that were given, as users write them."""
     return [
         parameter.opts[0]
         for parameter in context.command.params
@@ -144,7 +148,7 @@ def _options_of_a_test(context: click.Context) -> list[str]:
 
 
 def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | None, dict[str, int]]:
-    """The hash of the goals that are named; how many these and the shipped ones are."""
+    """The hash of the named goals, and the sizes of these and the shipped sets by hash."""
     from real_bench.goal_sets import load_goal_set, shipped_sizes
 
     setting = results[0].setting

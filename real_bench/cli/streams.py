@@ -1,4 +1,4 @@
-"""The standard streams, as they may be: closed, full, or of few letters."""
+"""The standard streams, which may be closed, full, or unable to show some characters."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ STANDARD = {0: ("stdin", "r"), 1: ("stdout", "w"), 2: ("stderr", "w")}
 
 
 def make_usable() -> None:
-    """Open those that are closed to nowhere, and have letters that a terminal lacks written out.
+    """Open closed streams to nowhere, and escape characters that a terminal cannot show.
 
-    Else the next file that is opened would take the place of a closed one.
+    Otherwise the next file to be opened would take the place of a closed stream.
     """
     for handle, (name, mode) in STANDARD.items():
         try:
             os.fstat(handle)
         except OSError:
-            nowhere = os.open(os.devnull, os.O_RDWR)  # the lowest that is free: this one
+            nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest free handle: this one
             if nowhere != handle:
                 os.dup2(nowhere, handle)
                 os.close(nowhere)
@@ -35,13 +35,13 @@ def make_usable() -> None:
 
 
 def flush() -> None:
-    """Have all that was printed arrive; raises OSError where it cannot."""
+    """Write out everything printed so far; raises OSError if that fails."""
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
 
 
 def end(line: str, code: int) -> None:
-    """Say one last line on standard error, where that can be, and exit."""
+    """Print one last line on standard error, if possible, and exit."""
     try:
         sys.stdout.flush()
     except (OSError, ValueError):
@@ -54,7 +54,7 @@ def end(line: str, code: int) -> None:
 
 
 def _to_nowhere(handle: int) -> None:
-    """Let Python not complain again of what it could not print, when it ends."""
+    """Keep Python from complaining again, at exit, about what it could not print."""
     with suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, handle)

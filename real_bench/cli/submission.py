@@ -14,6 +14,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import say
+from real_bench.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.phases.checking import Finding
@@ -31,22 +32,22 @@ Example:
   realbench submission check mine.zip --junit junit.xml
 
 \b
-Exit code: 0 it will do; 3 it will not; 1, 2 it could not be looked at.
+Exit code: 0 it passes; 3 it does not; 1, 2 it could not be checked.
 """
 
 
 @click.group(epilog=EPILOG)
 def submission() -> None:
-    """Begin, check and pack a submission: a folder with submission.yaml and a controller."""
+    """Create, check and pack a submission: a folder with submission.yaml and a controller."""
 
 
 @submission.command(epilog=EPILOG)
 @click.argument("folder", type=options.FILE)
-@click.option("--name", help="Stands on the leaderboard. [default: the folder's name]")
+@click.option("--name", help="Name on the leaderboard. [default: the folder's name]")
 @click.option("--author", default="Somebody", show_default=True)
 @click.option("--condition", default="OM", show_default=True, metavar="XY")
 def init(folder: Path, name: str | None, author: str, condition: str) -> None:
-    """Write a submission that runs as it is, to begin with."""
+    """Create a submission to start from; it runs as it is."""
     from real_bench.competition.template import make_template
 
     make_template(folder, name or folder.resolve().name, author, condition)
@@ -57,7 +58,7 @@ def init(folder: Path, name: str | None, author: str, condition: str) -> None:
 @click.argument("place", type=options.FILE)
 @click.option("--objects", type=click.IntRange(min=1), default=1, show_default=True)
 @options.limit_options
-@click.option("--junit", type=options.FILE, help="Write what was tried as JUnit XML.")
+@click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
 @options.overwrite_option
 @options.json_option
 @click.pass_context
@@ -70,10 +71,10 @@ def check(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Try whether a submission, a folder or a zip, will do; its code runs isolated.
+    """Check a submission, a folder or a zip; its code runs isolated.
 
-    Reads submission.yaml, installs what it requires, and lets it load, play some steps, be copied
-    and hand over its state.
+    Reads submission.yaml, installs the requirements, and lets the controller load, play some
+    steps, be copied and hand over its state.
     """
     from real_bench.competition.checking import SubmissionCheck
     from real_bench.errors import SubmissionError
@@ -127,7 +128,8 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
     files = pack_submission(folder, archive)
     for file in files:
         say(f"  {file.relative_to(folder.resolve())}")
-    say(f"{archive}: {len(files)} files, hash {ControllerSource.of(str(folder)).code_sha256}")
+    sha256 = ControllerSource.of(str(folder)).code_sha256
+    say(f"{archive}: {counted(len(files), 'file')}, hash {sha256}")
 
 
 def _show(findings: list[Finding], good: bool, *, as_json: bool) -> None:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 EPILOG = """\b
 Example:
-  realbench table mine.yaml --init                        # write one to begin with
-  realbench table mine.yaml                               # make what is missing, print the table
+  realbench table mine.yaml --init                        # write one to start from
+  realbench table mine.yaml                               # run what is missing, print the table
   realbench table evaluation/paper.yaml --format markdown
   realbench table theirs.yaml --isolate --call-limit 600 --total-limit 7200
   realbench table mine.yaml --scheduler tcp://10.0.0.1:8786
@@ -34,18 +34,16 @@ FORMATS = ("text", "markdown", "latex")
 @click.command(epilog=EPILOG)
 @click.argument("spec", type=options.FILE)
 @click.option(
-    "--init", is_flag=True, help="Write an experiment to begin with, every key explained."
+    "--init", is_flag=True, help="Write an experiment to start from, with every key explained."
 )
-@click.option(
-    "--run/--no-run", default=None, help="Make what is missing. [default: as the SPEC says]"
-)
-@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one a core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Do the jobs on this Dask cluster.")
+@click.option("--run/--no-run", default=None, help="Run what is missing. [default: as SPEC says]")
+@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one per core]")
+@click.option("--scheduler", metavar="ADDRESS", help="Run the jobs on this Dask cluster.")
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option(
     "--resume",
     is_flag=True,
-    help="Go on with plays that were cut; else they begin anew, so that every number is the same.",
+    help="Continue interrupted plays; otherwise they start over, so that every number is the same.",
 )
 @options.isolation_options()
 @options.overwrite_option
@@ -62,11 +60,11 @@ def table(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Make the table that the experiment SPEC describes.
+    """Run the experiment SPEC and print its table.
 
-    Works out which plays and tests are missing, makes them, and prints every cell's mean beside
-    the published one. Plays that cells share are made once. Stop it whenever you like (or pull the
-    plug): the same command goes on, and ends in the same table to the last digit.
+    Works out which plays and tests are missing, runs them, and prints every cell's mean beside the
+    published one. Plays that cells share run once. Stop whenever you like (or pull the plug): the
+    same command continues, to the same table to the last digit.
     """
     from real_bench.experiments import read_spec
     from real_bench.experiments.running import Experiment
@@ -97,11 +95,11 @@ def table(
 
 
 def _begin(spec: Path, *, overwrite: bool) -> None:
-    """Write an experiment to begin with."""
+    """Write an experiment to start from."""
     from real_bench.experiments.spec import write_template
 
     write_template(spec, overwrite=overwrite)
-    say(f"{spec} is an experiment to begin with: make its table by `realbench table {spec}`")
+    say(f"{spec}: an experiment to start from; run it with `realbench table {spec}`")
 
 
 def _show(spec: Spec, rows: list[Row], form: str) -> None:
@@ -120,7 +118,6 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
 def _tell_missing(work: PendingJobs, spec: Path) -> None:
     if len(work):
         say(
-            f"not made: {len(work.plays)} plays and {len(work.scorings)} tests, {work.n_steps:,} "
-            f"steps in all; `realbench table {spec} --run` makes them",
+            f"missing: {work}; run them with `realbench table {spec} --run`",
             err=True,
         )

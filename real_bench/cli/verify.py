@@ -24,8 +24,8 @@ Example:
   realbench verify mailed/ --goals goals.npy --relearn 5
 
 \b
-Exit code: 0 verified; 4 does not verify; 5 made with other physics, cannot be judged here;
-1 cannot be read or replayed at all. Of a folder: 0 all verify; 4 one does not; 5 one cannot be
+Exit code: 0 verified; 4 does not verify; 5 made with different physics, cannot be judged here;
+1 cannot be read or replayed at all. For a folder: 0 all verify; 4 one does not; 5 one cannot be
 judged here.
 """
 
@@ -37,7 +37,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "recording": ("n_steps", "images"),
     "folder": ("goals", "may_be_incomplete", "jobs", "n_steps", "n_again", "play_again"),
 }
-"""What can be verified, and the options that are for it."""
+"""What can be verified, and the options for each."""
 OPTIONS = {
     "n_steps": "--steps",
     "may_be_incomplete": "--allow-incomplete",
@@ -49,14 +49,20 @@ OPTIONS = {
 @click.command(epilog=EPILOG)
 @click.argument("file", type=options.FILE)
 @click.option("--goals", type=options.FILE, help="Goal set of a result. [default: the shipped one]")
-@click.option("--run", type=options.FILE, help="Recording that a result learned from, to check it.")
-@click.option("--controller", metavar="C", help="File or name of what was tested, to check it.")
+@click.option(
+    "--run", type=options.FILE, help="Also check the recording that a result learned from."
+)
+@click.option(
+    "--controller",
+    metavar="C",
+    help="Also check that a result is of this controller, a file or name.",
+)
 @click.option(
     "--allow-incomplete",
     "may_be_incomplete",
     is_flag=True,
     default=None,
-    help="Accept a result whose trials have not all been made.",
+    help="Accept a result whose trials have not all been run.",
 )
 @click.option("--jobs", type=int, help="Number of processes for a result. [default: 1]")
 @click.option(
@@ -66,20 +72,20 @@ OPTIONS = {
     metavar="N",
     help="Replay N steps of a recording. [default: all]",
 )
-@click.option("--images", is_flag=True, default=None, help="Compare a recording's images, too.")
+@click.option("--images", is_flag=True, default=None, help="Also compare a recording's images.")
 @click.option(
     "--relearn",
     "n_again",
     type=click.IntRange(min=0),
     metavar="N",
-    help="In a folder, have each submission, isolated, learn and act again on N goals; 0: run no "
-    "submission. [default: 2]",
+    help="In a folder, let each submission learn and act again, isolated, on N goals; 0: run none. "
+    "[default: 2]",
 )
 @click.option(
     "--play-again",
     is_flag=True,
     default=None,
-    help="In a folder, have each submission play again, which takes as long as it did.",
+    help="In a folder, let each submission play again (takes as long as the play).",
 )
 @options.scene_option
 @options.limit_options
@@ -90,13 +96,13 @@ def verify(
     """Prove a result (.json) or a recording (.h5) by replaying it, or all bundles in a folder.
 
     The recorded commands are executed in a clean simulation; poses and scores must come out as
-    recorded, to the last bit; with other physics than that of this machine (`realbench doctor`), to
-    a millimetre. What this proves and what it does not is in docs/verification.md.
+    recorded: to the last bit, or to a millimetre if made with different physics
+    (`realbench doctor`). docs/verification.md says what this proves and what it does not.
 
-    A bundle is what somebody mails in: a result, the recording that it learned from, and the
+    A bundle is what somebody sends in: a result, the recording that it learned from, and the
     submission. It is checked as a whole: the same code and settings played and were tested, play
-    and trials replay, and the submission learns and acts alike again. In a round's results each
-    verdict is kept for the leaderboard.
+    and trials replay, and the submission learns and acts the same again. Verdicts on a round's
+    results are kept for its leaderboard.
     """
     kind = _kind(file)
     for name, value in given.items():
@@ -106,7 +112,7 @@ def verify(
     if kind == "folder":
         return _verify_folder(file, as_json, limits, scene=scene, **wanted)
     if limits:
-        raise click.UsageError("limits are for the submissions of a folder, which alone are run")
+        raise click.UsageError("limits are for submissions in a folder: nothing else is run")
     verdict = _verdict(file, kind == "recording", scene=scene, **wanted)
     say(json.dumps(verdict.to_json()) if as_json else "\n".join(verdict.lines()))
     if verdict.is_undecided:
@@ -129,7 +135,7 @@ def _verify_folder(folder: Path, as_json: bool, limits: dict[str, float], **want
 
 
 def _kind(file: Path) -> str:
-    """A folder, or by its first bytes; by its name where there are none."""
+    """What a file is, by its first bytes or else by its suffix; or a folder."""
     if file.is_dir():
         return "folder"
     if not file.is_file():

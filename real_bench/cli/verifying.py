@@ -1,4 +1,4 @@
-"""Many results verified, each with what came with it."""
+"""Verify many results, each with what came with it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NAMES = {True: "verified", False: "NOT VERIFIED"}
 
 
 def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleVerdict]:
-    """Verify all results in a folder, print a verdict each, and keep those of a round's.
+    """Verify all results in a folder, print a verdict on each, and keep those on a round's.
 
     Raises:
         ResultError: there is none.

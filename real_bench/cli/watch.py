@@ -27,21 +27,21 @@ Example:
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=options.FILE, default=defaults.RUN)
-@click.option("--once", is_flag=True, help="Say how far it is, and end.")
+@click.option("--once", is_flag=True, help="Print the progress once, and exit.")
 @click.option(
     "--every",
     type=click.FloatRange(0.05, 3600),
     default=1.0,
     show_default=True,
     metavar="S",
-    help="Look every S seconds.",
+    help="Update every S seconds.",
 )
 @click.option(
     "--tensorboard",
     "events",
     type=options.FILE,
     metavar="DIR",
-    help="Also write event files of TensorBoard into DIR.",
+    help="Also write TensorBoard event files to DIR.",
 )
 @click.option("--overwrite", is_flag=True, help="Replace the event files in DIR.")
 @options.json_option
@@ -51,13 +51,13 @@ def watch(
     """Follow a play by its recording FILE, run.h5 by default, until it ends or you press Ctrl-C.
 
     Shows steps, speed, time left, the share of actions that moved an object by more than 1 cm, and
-    what the controller logs (self.log), all as curves; a line at each change where the output is
-    no terminal. Watching changes nothing in the play.
+    what the controller logs (self.log), all as curves; outside a terminal, a line at each change.
+    Watching does not affect the play.
     """
     from real_bench.watching import follow
 
     if overwrite and events is None:
-        raise click.UsageError("--overwrite is for --tensorboard")
+        raise click.UsageError("--overwrite needs --tensorboard")
     with ExitStack() as stack, suppress(KeyboardInterrupt):
         shows: list[Callable[[Moment], None]] = [_json if as_json else _shown(stack)]
         if events is not None:
@@ -83,7 +83,7 @@ def _json(moment: Moment) -> None:
 
 
 def _shown(stack: ExitStack) -> Callable[[Moment], None]:
-    """Shows moments as this output can: a screen that changes, or lines."""
+    """A function that shows moments: on a live screen in a terminal, or else as lines."""
     from rich.console import Console
     from rich.live import Live
 

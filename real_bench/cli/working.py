@@ -1,4 +1,4 @@
-"""Have jobs done, with progress shown."""
+"""Run jobs with progress shown."""
 
 from __future__ import annotations
 
@@ -19,14 +19,10 @@ T = TypeVar("T")
 def with_progress(
     work: PendingJobs, make: Callable[[Callable[[ExperimentProgress], None]], T]
 ) -> T:
-    """What ``make`` gives, which is told whom to tell how far the jobs have come."""
+    """What ``make`` returns; it is called with a function that shows the jobs' progress."""
     from real_bench.cli.progress import ProgressDisplay
 
-    say(
-        f"{len(work.plays)} plays and {len(work.scorings)} tests to do, "
-        f"{work.n_steps:,} steps in all",
-        err=True,
-    )
+    say(f"to run: {work}", err=True)
     with ProgressDisplay("simulating", "steps", work.n_steps) as display:
 
         def update(progress: ExperimentProgress) -> None:

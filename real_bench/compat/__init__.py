@@ -1,4 +1,4 @@
-"""What authors of official controllers import, here: a module ``real_robots`` that is ours.
+"""Our own module ``real_robots``, for authors of official controllers to import.
 
 Controllers that realbench loads find it by themselves. For scripts and unit tests outside::
 
@@ -23,22 +23,22 @@ log = logging.getLogger(__name__)
 
 
 def install(*, replace: bool = False) -> ModuleType:
-    """Let ``import real_robots`` give ours, where the official package is not installed.
+    """Let ``import real_robots`` give ours if the official package is not installed.
 
     Args:
-        replace: give ours even where it is, for the rest of this process. One that was imported
-            before stays.
+        replace: give ours even if it is installed, for the rest of this process. A module that was
+            imported before stays.
 
     Returns:
-        what ``import real_robots`` gives from now on; a warning tells if that is the official one.
+        what ``import real_robots`` gives now; a warning is logged if that is the official one.
     """
     if NAME in sys.modules:
         return _imported(sys.modules[NAME])
     elsewhere = _installed_elsewhere()
     if elsewhere and not replace:
         log.warning(
-            "real_robots is installed in %s, and that is what you import: for the one of "
-            "realbench call real_bench.compat.install(replace=True)",
+            "real_robots is installed in %s and is what you import: to use realbench's, call "
+            "real_bench.compat.install(replace=True)",
             elsewhere,
         )
         return importlib.import_module(NAME)
@@ -50,12 +50,12 @@ def install(*, replace: bool = False) -> ModuleType:
 def _imported(module: ModuleType) -> ModuleType:
     place = Path(module.__file__ or "").parent
     if place != OURS:
-        log.warning("real_robots was imported from %s before, and stays", place)
+        log.warning("real_robots was already imported from %s, and stays in use", place)
     return module
 
 
 def _installed_elsewhere() -> Path | None:
-    """The folder of an official package that could be imported; None where there is none."""
+    """The folder of an official package that could be imported; None if there is none."""
     found: ModuleSpec | None = importlib.util.find_spec(NAME)
     return Path(found.origin).parent if found and found.origin else None
 

@@ -1,4 +1,4 @@
-"""Where the code of a class lies that was handed over as it is, in a script or a notebook."""
+"""The source of a class that was passed as an object, from a script or a notebook."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ NOWHERE = Path("(no file)")
 
 
 class ClassSource(ControllerSource):
-    """The file of a class, which may be none; its hash is of that file alone."""
+    """The file of a class, if it has one; the hash is of that file alone."""
 
     @classmethod
     def of_class(cls, kind: type[Any]) -> ClassSource:
@@ -26,5 +26,5 @@ class ClassSource(ControllerSource):
         return self.file or NOWHERE
 
     def code_files(self) -> list[Path]:
-        """Its file, where there is one."""
+        """Its file, if there is one."""
         return [self.file] if self.file else []

@@ -1,4 +1,4 @@
-"""The official environment: one step a call, four values back, and what scripts ask it for."""
+"""The official environment: one step per call, four values back, and what scripts call."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from real_bench.actions import wants_render
 from real_bench.compat.evaluation import read_goals
 from real_bench.compat.names import official_condition
 from real_bench.compat.official import OfficialActions, official_observation, official_space
+from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.scoring.metric import goal_score
@@ -28,11 +29,11 @@ Named = dict[str, NDArray[np.float64]]
 
 @dataclass
 class Goal:
-    """A goal under the official names; all None in free play, but for the image.
+    """A goal under the official names; in free play all but the image are None.
 
     Attributes:
         initial_state: each object's pose at the start, (7,).
-        final_state: where each is to be, (3,) metres.
+        final_state: where each should end, (3,) metres.
         retina, retina_before: the camera's image of either.
         challenge: 2D, 2.5D or 3D.
         mask: the image's body ids.
@@ -60,7 +61,7 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
     """REAL as the official package has it: ``step`` returns observation, reward, done and info.
 
     ``set_goal`` begins a trial with the next goal of ``set_goals_dataset_path``; ``done`` is true
-    from the last step of ``intrinsic_timesteps``, or ``extrinsic_timesteps`` of a trial, on.
+    at and after the last step of ``intrinsic_timesteps``, or of a trial's ``extrinsic_timesteps``.
 
     Args:
         render: open pybullet's window.
@@ -127,7 +128,7 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         return image.retina, image.mask, image.depth
 
     def render(self, mode: str = "human") -> NDArray[Any]:
-        """The camera's image in mode ``rgb_array``; else nothing, the window shows itself."""
+        """The camera's image in mode ``rgb_array``; else nothing, the window updates itself."""
         return self.get_retina()[0] if mode == "rgb_array" else np.array([])
 
     def close(self) -> None:
@@ -139,13 +140,13 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         return [seed]
 
     def set_goals_dataset_path(self, path: str | Path) -> None:
-        """Take goals from an official goal file, or one of realbench, from the first on."""
+        """Take goals from an official or a realbench goal file, starting with the first."""
         self.goals_dataset_path, self.goals, self.goal_idx = str(path), None, -1
 
     def load_goals(self) -> None:
         """Read the goal file; raises GoalSetError."""
         if not self.goals_dataset_path:
-            raise GoalSetError("there are no goals: call set_goals_dataset_path() first")
+            raise GoalSetError("no goals: call set_goals_dataset_path() first")
         scene = self._task.simulation.scene
         goals = read_goals(Path(self.goals_dataset_path), scene)
         goals.check_fits(scene, len(self._task.simulation.object_names))
@@ -157,7 +158,9 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
             self.load_goals()
         assert self.goals is not None
         if self.goal_idx + 1 >= len(self.goals):
-            raise IndexError(f"{self.goals_dataset_path} has no more than {len(self.goals)} goals")
+            raise IndexError(
+                f"{self.goals_dataset_path} has only {counted(len(self.goals), 'goal')}"
+            )
         self.goal_idx += 1
         goal = self.goals[self.goal_idx]
         self.goal = Goal.of(goal, self._task.simulation.object_names)
@@ -165,10 +168,10 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         return self.get_observation()
 
     def evaluateGoal(self) -> tuple[str, float]:  # noqa: N802  the official name
-        """The present goal's class, and its score as the objects lie now."""
+        """The present goal's class, and its score for the objects' present positions."""
         goal = self._task.goal
         if goal is None:
-            raise GoalSetError("there is no goal yet: call set_goal() first")
+            raise GoalSetError("no goal yet: call set_goal() first")
         positions = self._task.simulation.object_poses()[:, :3]
         return goal.challenge, goal_score(positions, goal.final_poses[:, :3])
 
@@ -200,7 +203,7 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
 
 
 class Robot:
-    """What scripts ask the environment's robot for."""
+    """The environment's robot, with the methods that scripts use."""
 
     num_kuka_joints, num_gripper_joints = 7, 2
     num_joints = action_dim = num_kuka_joints + num_gripper_joints
@@ -210,7 +213,7 @@ class Robot:
         self.used_objects = [TABLE, *task.simulation.object_names]
 
     def get_contacts(self) -> dict[str, list[str]]:
-        """As the environment's method of this name."""
+        """The same as the environment's method."""
         return self._task.simulation.contacts()
 
     def get_touch_sensors(self) -> NDArray[np.float64]:

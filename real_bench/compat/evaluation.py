@@ -37,7 +37,7 @@ def evaluate(
     goals_dataset_path: str | Path = "./goals.npy.npz",
     video: object = None,
 ) -> Scores:
-    """Play and be tested as in the official package; nothing is written.
+    """Play and test as the official package does; nothing is written.
 
     Args:
         Controller: the class; it is seeded with 0.
@@ -46,10 +46,10 @@ def evaluate(
         n_objects: 1 to 3.
         intrinsic_timesteps: steps of free play.
         extrinsic_timesteps: steps of each trial.
-        extrinsic_trials: how many of the goals, from the first on.
+        extrinsic_trials: how many goals, starting with the first.
         visualize: open pybullet's window.
         goals_dataset_path: an official goal file, or one of realbench.
-        video: not made here (``realbench extrinsic --video`` does).
+        video: ignored (use ``realbench extrinsic --video``).
 
     Returns:
         the mean scores (``score_2D``, ``score_2.5D``, ``score_3D``, 0 where there is no such goal,
@@ -68,7 +68,7 @@ def evaluate(
     if not (inspect.isclass(Controller) and callable(getattr(Controller, "step", None))):
         raise ControllerError(f"a class with step() was expected, not {Controller!r}")
     if video:
-        log.warning("video is not made here: realbench extrinsic --video films each trial")
+        log.warning("video is ignored: to film each trial, use realbench extrinsic --video")
     condition, scene = official_condition(environment, action_type), load_scene("official")
     goals = _goals(Path(goals_dataset_path), scene, n_objects, extrinsic_trials)
     task = Task(scene, condition, n_objects, gui=visualize)

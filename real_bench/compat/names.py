@@ -1,4 +1,4 @@
-"""The official names of what we call a condition."""
+"""The official names of conditions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
 
 LEVELS = {"R1": "O", "R2": "I"}
-"""The rounds of the competition, and what is perceived in them."""
+"""The official environments, and what is perceived in them."""
 
 ACTION_TYPES = {control.official_name: letter for letter, control in CONTROLS.items()}
 

@@ -1,7 +1,7 @@
-"""What a controller of the official class API sees and may command, as the official package has it.
+"""What a controller of the official class API sees and commands, as in the official package.
 
-The facts are in ``tests/data/official_calls.json``, recorded with real-robots 0.1.21; what we do
-otherwise on purpose is in ``docs/official-api.md``.
+The facts are in ``tests/data/official_calls.json``, recorded with real-robots 0.1.21; deliberate
+differences are in ``docs/official-api.md``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 def official_space(ours: spaces.Dict) -> spaces.Dict:
     """The space of observations as the official package declares it.
 
-    Its observations are not always in it: joint positions come as a list, and a goal's mask and
+    Its observations do not always fit it: joint positions come as a list, and a goal's mask and
     positions are None in free play.
     """
     official = {key: space for key, space in ours.items() if key in KEYS}
@@ -51,13 +51,13 @@ def official_space(ours: spaces.Dict) -> spaces.Dict:
 
 
 def official_observation(observation: Observation) -> dict[str, Any]:
-    """One moment as the official package shows it, everything read now."""
+    """An observation as the official package gives it, with everything read now."""
     given = set(observation)  # asking whether a key is in it would compute its value
     return {key: _value(observation, key) for key in KEYS if key in given}
 
 
 class OfficialActions:
-    """Reads action dicts as the official package does: keys that it does not know mean nothing.
+    """Reads action dicts as the official package does: unknown keys are ignored.
 
     Args:
         spec: how the user names the controller, for the warning.
@@ -70,13 +70,13 @@ class OfficialActions:
         self._warned = False
 
     def known(self, action: Any) -> Any:
-        """The action without unknown keys, of which the first are told; a non-dict itself."""
+        """The action without unknown keys, with a warning about the first; a non-dict unchanged."""
         if not isinstance(action, Mapping) or action.keys() <= self._known:
             return action
         if not self._warned:
             self._warned = True
             unknown = ", ".join(sorted(repr(key) for key in action.keys() - self._known))
-            log.warning("controller %s: %s in its actions means nothing here", self._spec, unknown)
+            log.warning("controller %s: %s in its actions is ignored", self._spec, unknown)
         return {key: value for key, value in action.items() if key in self._known}
 
 

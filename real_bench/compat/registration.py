@@ -1,4 +1,4 @@
-"""The official environments under their official ids, as far as there is a gym."""
+"""The official environments under their official ids, also for gym if it is installed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 def register() -> None:
     """Register ``REALRobot2020-R1J1-v0`` to ``R2M3`` with gymnasium, and with gym if installed."""
     for name, made_with in _environments().items():
-        # The environment speaks the official way, of which gymnasium's wrappers know nothing.
+        # The environment has the official interface, which gymnasium's wrappers do not know.
         gymnasium.register(
             name,
             ENTRY_POINT,
@@ -34,13 +34,13 @@ def _register_with_gym() -> None:
     try:
         registration = importlib.import_module("gym.envs.registration")
     except Exception as error:  # an old gym may fail beside a new numpy in many ways
-        log.warning("gym is installed and cannot be imported (%s): use gymnasium", error)
+        log.warning("gym is installed but cannot be imported (%s): use gymnasium", error)
         return
     plain = {"disable_env_checker": True, "order_enforce": False}
     for name, made_with in _environments().items():
         try:
             registration.register(name, entry_point=ENTRY_POINT, kwargs=made_with, **plain)
-        except TypeError:  # before 0.22 it had neither
+        except TypeError:  # gym before 0.22 has neither
             registration.register(name, entry_point=ENTRY_POINT, kwargs=made_with)
 
 

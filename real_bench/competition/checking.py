@@ -1,4 +1,4 @@
-"""Whether a submission will do, found out before it is handed in."""
+"""Check a submission before it is handed in."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.phases.checking import ControllerCheck, Finding
 from real_bench.sandbox import Limits, SandboxBackend
@@ -18,7 +19,7 @@ from real_bench.submissions.requirements import packages_of
 
 @dataclass(frozen=True)
 class SubmissionCheck:
-    """A submission that is to be looked at.
+    """A submission to be checked.
 
     Attributes:
         folder: of the submission.
@@ -31,16 +32,16 @@ class SubmissionCheck:
     limits: Limits = field(default_factory=Limits)
 
     def findings(self) -> Iterator[Finding]:
-        """Try one thing after the other, up to the first that goes wrong."""
+        """Run one check after the other, up to the first that fails."""
         try:
             submission = read_submission(self.folder)
             yield Finding("says", True, _told(submission))
             packages_of(submission)
             wanted = ", ".join(submission.requirements)
-            yield Finding("requires", True, wanted or "nothing beside realbench")
+            yield Finding("requires", True, wanted or "nothing but realbench")
             source = ControllerSource.of(str(self.folder))
             n_files = len(source.submitted_files())
-            yield Finding("hash", True, f"{source.code_sha256} over {n_files} files")
+            yield Finding("hash", True, f"{source.code_sha256} over {counted(n_files, 'file')}")
             yield from self._at_work(submission)
         except RealBenchError as error:
             yield Finding("fails", False, str(error))

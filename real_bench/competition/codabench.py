@@ -16,6 +16,7 @@ from typing import Any
 
 from real_bench.competition.spec import MOMENT, Competition, Round
 from real_bench.competition.template import make_template
+from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.files import write_whole
 from real_bench.goal_sets import load_goal_set
@@ -34,7 +35,7 @@ COLUMNS = {
     **{f"score_{name.replace('.', '_')}": name for name in CHALLENGES},
     "verified": "Verified",
 }
-"""What the scoring program writes, and what stands above it."""
+"""What the scoring program writes, and its headings."""
 
 _PROGRAM = '''\
 """Runs in the image, as the platform calls it."""
@@ -52,8 +53,8 @@ _SCORING = "/app/input /app/output"
 _TERMS = """\
 # Terms
 
-Submissions are code, which is run to play and to be tested. They bring no knowledge of the goals or
-objects, and no weights that were trained elsewhere, unless the organisers say otherwise.
+Submissions are code that plays and is tested. They must not bring knowledge of the goals or
+objects, or weights trained elsewhere, unless the organisers allow it.
 """
 _OVERVIEW = """\
 # {title}
@@ -61,23 +62,24 @@ _OVERVIEW = """\
 The REAL benchmark (Robot open-Ended Autonomous Learning): a simulated robot plays freely, without
 goal or reward, and is then tested on goals that it has never seen.
 
-Submit what `realbench submission pack` makes. Try it before: `realbench submission check`.
+Submit the archive that `realbench submission pack` writes. Check it first with
+`realbench submission check`.
 """
 _EVALUATION = """\
 # Evaluation
 
 The score of an object is exp(-c d), 1 at its goal and 0.25 at 10 cm; the mean over all goals
-counts. The scoring program replays every trial: a score is what its commands lead to.
+counts. The scoring program replays every trial, so a score is what its commands lead to.
 
 {rounds}
 """
 
 
 def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> list[str]:
-    """Write the bundle; gives the names of the files in it.
+    """Write the bundle; returns the names of its files.
 
     Raises:
-        ExperimentError: the rounds do not follow one another in time.
+        ExperimentError: the rounds overlap in time.
         RealBenchError: a file of a round cannot be read.
     """
     files = dict(bundle_files(competition, image))
@@ -183,12 +185,12 @@ def _phases(competition: Competition) -> Iterator[dict[str, Any]]:
 
 
 def _check_order(competition: Competition) -> None:
-    """The platform's phases follow one another, and only the last may be endless."""
+    """The platform's phases must not overlap, and only the last may have no end."""
     for (one, before), (other, after) in pairwise(competition.rounds.items()):
         if not (before.end and after.start) or after.start < before.end:
             raise ExperimentError(
                 f"on the platform round {other} must begin after the end of {one}: give both "
-                "start and end, as in 2027-01-31 12:00:00"
+                "start and end, e.g. 2027-01-31 12:00:00"
             )
 
 
@@ -203,14 +205,14 @@ def _seconds(one: Round, n_goals: int) -> int:
 def _summary(name: str, one: Round) -> str:
     play = {
         "own": f"{one.steps:,} steps of play",
-        "given": "play that is given",
+        "given": "a given play",
         "none": "no play",
     }[one.play]
-    return f"Round {name}: REAL_{one.condition}, {one.objects} object(s), {play}."
+    return f"Round {name}: REAL_{one.condition}, {counted(one.objects, 'object')}, {play}."
 
 
 def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
-    """What the ingestion program needs: the round, its goals, recordings where they are given.
+    """What the ingestion program needs: the round, its goals, and recordings if given.
 
     The platform does not show it to participants, and their code runs where it cannot read it.
     """
@@ -226,7 +228,7 @@ def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
     for number, recording in enumerate(recordings):
         files[f"recording{number}.h5"] = recording.read_bytes()
     if competition.scene.endswith(".yaml"):
-        raise ExperimentError("on the platform the scene is one that the image has, by its name")
+        raise ExperimentError("on the platform the scene must be one of the image's, given by name")
     return files
 
 

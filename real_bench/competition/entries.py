@@ -1,4 +1,4 @@
-"""The submissions of a round: found, frozen as they were handed in, and made ready to be run."""
+"""The submissions of a round: found, frozen as they were handed in, and made ready to run."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Entry:
     """A version of a submission.
 
     Attributes:
-        standing: what it says of itself, and why it is refused where it is.
-        folder: its files, frozen; None where it is refused.
+        standing: what it says of itself, and why it was refused, if so.
+        folder: its files, frozen; None if it was refused.
     """
 
     standing: Standing
@@ -44,23 +44,23 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
     """All submissions in a folder, each in a folder or an archive, frozen among the results.
 
     Raises:
-        ExperimentError: there is none, or two have the same name.
+        ExperimentError: there are none, or two have the same name.
         RealBenchError: they cannot be kept.
     """
     if not submissions.is_dir():
-        raise ExperimentError(f"there is no folder {submissions}")
+        raise ExperimentError(f"folder not found: {submissions}")
     found = [path for path in sorted(submissions.iterdir()) if _may_be_one(path)]
     keys = [_key(path) for path in found]
     if twice := sorted({key for key in keys if keys.count(key) > 1}):
         raise ExperimentError(f"two submissions are called {', '.join(twice)}: rename one")
     if not found:
-        raise ExperimentError(f"there is no submission in {submissions}")
+        raise ExperimentError(f"no submission found in {submissions}")
     check_folder(results / FROZEN, make=True)
     return [_entry(path, results / FROZEN, condition) for path in found]
 
 
 def _may_be_one(path: Path) -> bool:
-    """A folder or an archive; whatever else lies there is no submission."""
+    """Whether something is a folder or an archive; nothing else is a submission."""
     return (path.is_dir() and not is_left_out(path)) or (path.is_file() and path.suffix == ".zip")
 
 
@@ -116,7 +116,7 @@ def _ready(entry: Entry, submission: Submission, condition: str) -> Entry:
     """The entry with its packages installed, or refused."""
     detail = ""
     if submission.condition != condition:
-        detail = f"it is made for {submission.condition}, this round is {condition}"
+        detail = f"it is made for {submission.condition}, but the round is {condition}"
     else:
         try:
             packages_of(submission)
@@ -135,7 +135,7 @@ def _date(place: Path) -> str:
 
 
 def _bytes_sha256(place: Path) -> str:
-    """Something to tell versions apart by of what could not be read."""
+    """A hash to tell versions apart of what could not be read."""
     file = place if place.is_file() else place / MANIFEST
     return file_sha256(file) if file.is_file() else hashlib.sha256(b"").hexdigest()
 

@@ -1,4 +1,4 @@
-"""Films of trials that were made before: their commands, executed once more."""
+"""Films of earlier trials: their commands, executed again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from real_bench.task import Task
 def film_result(
     result: Result, goals: GoalSet, scene: Scene, folder: Path, prefix: str
 ) -> dict[int, str]:
-    """Film every trial of a result into a folder; gives the names of the files, by goal.
+    """Film every trial of a result into a folder; returns the names of the files, by goal.
 
     Raises:
         RealBenchError: a film cannot be made or written.

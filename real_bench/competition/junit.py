@@ -1,6 +1,6 @@
-"""What came of submissions, as JUnit XML: a failure is a bad submission, an error one that failed.
+"""Outcomes of submissions as JUnit XML: a failure is a bad submission, an error one that failed.
 
-Both are what CI systems show; a job that is broken writes none.
+CI systems show both; a broken job writes none.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def checked(name: str, findings: Sequence[Finding], seconds: float) -> JUnitXml:
-    """What was tried of a submission."""
+    """The checks of a submission."""
     from junitparser import Failure, JUnitXml, TestCase, TestSuite
 
     suite = TestSuite(f"realbench submission {quoted(name)}")
@@ -34,7 +34,7 @@ def checked(name: str, findings: Sequence[Finding], seconds: float) -> JUnitXml:
 
 
 def standings_report(rounds: Mapping[str, Sequence[Standing]], seconds: float) -> JUnitXml:
-    """What came of every submission, a suite a round."""
+    """The outcome of every submission, one suite per round."""
     from junitparser import Error, Failure, JUnitXml, Skipped, TestCase, TestSuite
 
     report = JUnitXml("realbench")

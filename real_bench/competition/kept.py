@@ -23,13 +23,13 @@ class KeptRecord(BaseModel):
     """The file's name."""
 
     def save(self, folder: Path) -> None:
-        """Keep it in a folder; it appears whole."""
+        """Write it into a folder; it appears whole."""
         text = json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False)
         write_whole(folder / self.FILE, f"{text}\n".encode())
 
     @classmethod
     def load(cls: type[Kept], folder: Path) -> Kept | None:
-        """What is kept in a folder; None where nothing is. Raises ExperimentError."""
+        """Read it from a folder; None if it is not there. Raises ExperimentError."""
         path = folder / cls.FILE
         if not path.exists():
             return None

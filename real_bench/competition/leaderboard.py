@@ -1,4 +1,4 @@
-"""A leaderboard: as a terminal's table, Markdown and JSON."""
+"""A leaderboard: as a table for the terminal, Markdown and JSON."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rich.table import Table
 from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
 from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.standing import SCORED
+from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.quoting import markdown, quoted
@@ -48,7 +49,7 @@ def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboar
         name: of one round; None: all that there are.
 
     Raises:
-        ExperimentError: there is none, or of that name.
+        ExperimentError: there is none, or none of that name.
         RealBenchError: a file cannot be read.
     """
     if (results / RoundFacts.FILE).exists():
@@ -60,7 +61,7 @@ def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboar
         folders = [folder for folder in folders if folder.name == name]
     if not folders:
         lines = f"no round {name}" if name and known else "no round"
-        more = f" (there are {', '.join(known)})" if known else " (`realbench round run` makes one)"
+        more = f" (use {', '.join(known)})" if known else " (`realbench round run` makes one)"
         raise ExperimentError(f"{results} holds {lines}{more}")
     return [_leaderboard(folder) for folder in folders]
 
@@ -114,22 +115,24 @@ def notes(board: Leaderboard) -> list[str]:
         if row.summary is not None and row.summary.score.interval is not None
     }
     if OVER_PLAYS_AND_GOALS in overs:
-        lines.append(f"95%: interval over {OVER_PLAYS_AND_GOALS}: if all was done again")
+        lines.append(
+            f"95%: interval over {OVER_PLAYS_AND_GOALS}: what to expect from new plays and goals"
+        )
     elif OVER_GOALS in overs:
         lines.append(
-            f"95%: interval over {OVER_GOALS}: on other goals, after the same play (three plays "
-            "would tell how plays differ)"
+            f"95%: interval over {OVER_GOALS}: on other goals, after the same play (it takes three "
+            "plays to know how plays differ)"
         )
     if facts.ties == "paired":
         lines.append(
-            "those share a rank whom the paired comparison, goal by goal, with the first of them "
-            "cannot tell apart (95%)"
+            "submissions share a rank if the paired comparison, goal by goal, cannot tell them "
+            "from the first of them (95%)"
         )
     for row in rows:
         if row.standing.status != SCORED and row.standing.detail:
             lines.append(f"{quoted(row.standing.name)}: {quoted(row.standing.detail, LONGEST)}")
     if facts.failure == ZERO and any(row.summary is None for row in rows):
-        lines.append("one that failed counts 0")
+        lines.append("a failed submission counts as 0")
     if facts.hidden:
         committed = f" (commitment {facts.commitment})" if facts.commitment else ""
         lines.append(f"the goals are secret until they are released{committed}")
@@ -164,17 +167,18 @@ def markdown_table(board: Leaderboard) -> str:
 
 
 def _asked(facts: RoundFacts) -> str:
-    objects = "1 object" if facts.objects == 1 else f"{facts.objects} objects"
+    objects = counted(facts.objects, "object")
     plays = {
         "own": f"{facts.steps:,} steps of play",
-        "given": "play given",
+        "given": "a given play",
         "none": "without play",
     }[facts.play]
     scene = Path(facts.scene).stem if facts.scene.endswith(".yaml") else facts.scene
     repeats = "once" if facts.repeats == 1 else f"{facts.repeats} times"
+    goals = counted(facts.n_goals, "goal")
     return (
         f"REAL_{facts.condition}, {objects}, scene {quoted(scene)}, {plays}, "
-        f"{facts.n_goals} goals of {facts.trial_steps:,} steps, each submission {repeats}"
+        f"{goals} of {facts.trial_steps:,} steps, each submission {repeats}"
     )
 
 

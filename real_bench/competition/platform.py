@@ -23,7 +23,7 @@ HANDED_IN = "submission"
 
 
 def ingest(submission: Path, data: Path, output: Path) -> None:
-    """Let a submission play and be tested, isolated; leave its results and its standing.
+    """Play and test a submission, isolated; leave its results and its standing.
 
     Args:
         submission: its folder, as it was unpacked.
@@ -31,7 +31,7 @@ def ingest(submission: Path, data: Path, output: Path) -> None:
         output: where results go.
 
     Raises:
-        ExperimentError: it is no fault of the submission that it could not be done.
+        ExperimentError: it failed through no fault of the submission.
         RealBenchError: the round cannot be held here.
     """
     competition = read_competition(data / ROUND_FILE)
@@ -64,13 +64,12 @@ def score(inputs: Path, output: Path) -> None:
         inputs: with ``res``, what ingestion left, and ``ref``, the goals.
         output: where the scores go.
 
-    Ends the process with 1 where there is nothing to be scored, and counts a failed submission as
-    its round says.
+    Exits with 1 if there is nothing to score; counts a failed submission as its round says.
     """
     left, goals = inputs / "res", inputs / "ref" / GOALS_FILE
     standing = Standing.load(left)
     if standing is None:
-        sys.exit("the ingestion program left no standing")
+        sys.exit("no standing found: the ingestion program did not finish")
     failure = load_round(left).failure
     output.mkdir(parents=True, exist_ok=True)
     if standing.status != SCORED:

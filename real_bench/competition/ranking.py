@@ -27,9 +27,9 @@ class Row:
         home: the folder of its files.
         files: its results.
         results: the same, read.
-        summary: of these; None where it is not scored.
-        verified: what came of verifying them; None where nobody did.
-        rank: its place, which a group may share; None where it has none.
+        summary: of these; None if it is not scored.
+        verified: the verdict on them; None if nobody verified them.
+        rank: its place, which a group may share; None if it has none.
         against_first: the comparison with the first of its group; None for that one itself.
     """
 
@@ -44,7 +44,7 @@ class Row:
 
     @property
     def mean(self) -> float:
-        """What it is ranked by: 0 where it failed."""
+        """What it is ranked by: 0 if it failed."""
         return 0.0 if self.summary is None else self.summary.score.mean
 
     def to_json(self) -> dict[str, Any]:
@@ -79,7 +79,7 @@ def ranked(rows: Sequence[Row], failure: str, ties: str) -> list[Row]:
 
     Args:
         rows: the submissions of one round.
-        failure: what one counts that failed: ``zero`` or ``excluded``.
+        failure: how a failed one counts: ``zero`` or ``excluded``.
         ties: ``paired`` or ``none``.
     """
     scored = sorted(
@@ -104,7 +104,7 @@ def ranked(rows: Sequence[Row], failure: str, ties: str) -> list[Row]:
 
 
 def _tie(row: Row, first: Row, ties: str) -> MetricComparison | None:
-    """The comparison with the first of a group, where it cannot tell the two apart."""
+    """The comparison with the first of a group, if it cannot tell the two apart."""
     compared = compare(row.results, first.results).score
     if ties == "none":
         return compared if compared.difference == 0 else None
@@ -119,7 +119,7 @@ def _row(home: Path, standing: Standing) -> Row:
         return Row(standing, home)
     results = tuple(load_result(file) for file in files)
     if not results:
-        raise ExperimentError(f"{home} says that it is scored, and holds no result")
+        raise ExperimentError(f"{home} is scored but holds no result: run the round again")
     return Row(
         standing,
         home,

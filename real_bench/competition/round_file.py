@@ -1,4 +1,4 @@
-"""What a round was, kept among its results: all that a leaderboard says of it."""
+"""The facts of a round, kept among its results for the leaderboard."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class RoundFacts(KeptRecord):
         name: of the round.
         goals: where the goal set was.
         goals_sha256, n_goals: of its content.
-        hidden: whether nothing of the goals may be shown.
+        hidden: whether the goals must not be shown.
     """
 
     FILE: ClassVar[str] = "round.json"
@@ -72,5 +72,5 @@ def load_round(folder: Path) -> RoundFacts:
     """What a round's folder says of it; raises ExperimentError."""
     facts = RoundFacts.load(folder)
     if facts is None:
-        raise ExperimentError(f"{folder} holds no round: there is no {RoundFacts.FILE}")
+        raise ExperimentError(f"{folder} holds no round: it has no {RoundFacts.FILE}")
     return facts

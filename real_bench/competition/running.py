@@ -1,4 +1,4 @@
-"""A round from its file to its standings: what is missing is made, and nobody stops the others."""
+"""A round from its file to its standings: runs what is missing; no failure stops the others."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from real_bench.simulation import Scene, load_scene
 
 @dataclass(frozen=True)
 class RoundRun:
-    """A round as it is to be held.
+    """A round to be held.
 
     Attributes:
         competition: what it is part of.
         name: of the round.
         submissions: the folder with all submissions.
-        n_at_once: how many jobs at once; as many as there are cores where None.
-        scheduler: the address of a Dask scheduler; processes of this machine where None.
+        n_at_once: how many jobs at once; None: one per core.
+        scheduler: the address of a Dask scheduler; None: processes of this machine.
     """
 
     competition: Competition
@@ -51,12 +51,12 @@ class RoundRun:
 
     @property
     def round(self) -> Round:
-        """What is asked for."""
+        """The round's description."""
         return self.competition.rounds[self.name]
 
     @property
     def folder(self) -> Path:
-        """Where what comes of it is kept, a folder a version of a submission."""
+        """The folder of its results, with a folder for each version of a submission."""
         return self.competition.results_folder / self.name
 
     @contextlib.contextmanager
@@ -67,13 +67,13 @@ class RoundRun:
             yield
 
     def prepare(self) -> list[Entry]:
-        """Find out whether all is as it must be, and take in the submissions.
+        """Check scene, goals and recordings, and take in the submissions.
 
         Raises:
-            RealBenchError: scene, goals or recordings are not, or there is no submission.
+            RealBenchError: one of them cannot be used, or there is no submission.
         """
         self._goals.check_fits(self._scene, self.round.objects)
-        _ = self._given  # whether they can be read
+        _ = self._given  # can they be read?
         self._facts().save(self.folder)
         entries = read_entries(
             self.submissions, self.competition.results_folder, self.round.condition
@@ -85,15 +85,15 @@ class RoundRun:
     def missing(
         self, entries: Sequence[Entry], *, retry: bool = False, overwrite: bool = False
     ) -> PendingJobs:
-        """The plays and tests that are not done, of submissions that did not fail yet.
+        """The plays and tests that are not done, of submissions that have not failed.
 
         Args:
             entries: the submissions.
-            retry: try again what failed.
-            overwrite: do again what is not of this round as it is described now.
+            retry: retry what failed.
+            overwrite: replace files that do not fit the round as it is described now.
 
         Raises:
-            ExperimentError: files are not of this round, and are not to be overwritten.
+            ExperimentError: files are not of this round, and must not be overwritten.
         """
         plays: list[PlayJob] = []
         scorings: list[ScoringJob] = []
@@ -125,7 +125,7 @@ class RoundRun:
     def make(
         self, entries: Sequence[Entry], work: PendingJobs, update: OnProgress
     ) -> dict[str, Failure]:
-        """Have it done; gives what failed by no fault of a submission, by name of the job.
+        """Run the jobs; returns what failed through no fault of a submission, by name of the job.
 
         Raises:
             Interrupted: the user stopped it.
@@ -170,7 +170,7 @@ class RoundRun:
         return self.folder / entry.version
 
     def jobs(self, entry: Entry) -> list[tuple[PlayJob | None, ScoringJob]]:
-        """What a submission goes through: a play, where it plays, and a test, each repeat."""
+        """The jobs of a submission: for each repeat a play, if it plays, and a test."""
         this_round = self.round
         given = self._given
         pairs: list[tuple[PlayJob | None, ScoringJob]] = []
@@ -215,7 +215,7 @@ class RoundRun:
         }
 
     def _register(self, entry: Entry) -> None:
-        """Make its folder, and keep what it says; what is known of it already stays."""
+        """Make its folder and store what it says of itself; what is there already stays."""
         home = self.home(entry)
         check_folder(home, make=True)
         known = Standing.load(home)
@@ -245,7 +245,7 @@ class RoundRun:
 
     @cached_property
     def _given(self) -> list[tuple[Path, int]]:
-        """The recordings to learn from, where they are given, and how many steps each has."""
+        """The recordings to learn from, if given, and how many steps each has."""
         return [(path, _length(path)) for path in self.competition.recordings(self.name)]
 
     @cached_property

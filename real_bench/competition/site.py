@@ -1,4 +1,4 @@
-"""A leaderboard as a static site: an index, and a page a submission; works from a folder."""
+"""A leaderboard as a static site: an index and a page per submission; works from a folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from real_bench.version import __version__
 
 FILMS = "films"
 MARK = "realbench.json"
-"""The file by which a folder is known to be such a site, which alone may be replaced."""
+"""The file that marks a folder as such a site; no other folder is replaced."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Page:
 def write_site(
     boards: Sequence[Leaderboard], folder: Path, *, films: bool = False, overwrite: bool = False
 ) -> list[str]:
-    """Write the site; gives what is to be remarked.
+    """Write the site; returns remarks for the user.
 
     Raises:
-        OutputError: the folder holds something else, or another site, which is not overwritten.
+        OutputError: the folder holds something else, or a site that must not be overwritten.
         RealBenchError: a result or goal set cannot be read.
     """
     _check(folder, overwrite=overwrite)
@@ -74,7 +74,7 @@ def _check(folder: Path, *, overwrite: bool) -> None:
     if not any(folder.iterdir()):
         return
     if not (folder / MARK).exists():
-        raise OutputError(f"{folder} holds something else: use an empty folder")
+        raise OutputError(f"{folder} holds other files: use an empty folder")
     if not overwrite:
         raise OutputError(f"{folder} holds a site: use --overwrite, or another --site")
     for page in folder.glob("*.html"):
@@ -82,11 +82,11 @@ def _check(folder: Path, *, overwrite: bool) -> None:
 
 
 def _goals(facts: RoundFacts, remarks: list[str]) -> GoalSet | None:
-    """The goals of a round, where they may be shown and are there."""
+    """The goals of a round, if they may be shown and are there."""
     if facts.hidden:
         remarks.append(
-            f"round {facts.name}: its goals are secret, so the site shows nothing of them; say "
-            "`released: true` in the round's file, and run the round, once they are opened"
+            f"round {facts.name}: its goals are secret, so the site does not show them; once they "
+            "are opened, set `released: true` in the round's file and run the round"
         )
         return None
     try:
@@ -119,7 +119,7 @@ def _tests(
 
 
 def _rendered(name: str, **values: object) -> str:
-    """A page. All text is escaped, whoever wrote it."""
+    """A page. All text is escaped."""
     from jinja2 import Environment, StrictUndefined
 
     here, report = files("real_bench.competition"), files("real_bench.report")

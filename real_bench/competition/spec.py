@@ -1,4 +1,4 @@
-"""What the organisers say: the rounds of a competition, in one YAML file."""
+"""The rounds of a competition, as the organisers describe them in one YAML file."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ MOMENT = "%Y-%m-%d %H:%M:%S"
 
 
 class Round(Record):
-    """A round: what every submission has to go through.
+    """A round: what every submission goes through.
 
     Attributes:
         condition, objects: of play and test.
         goals: the goal set's file.
-        released: whether secret goals may be shown, since they were opened.
-        commitment: of secret goals, to be shown beside the scores; empty: there is none.
+        released: whether secret goals have been opened and may be shown.
+        commitment: of secret goals, shown beside the scores; empty: there is none.
         play: ``own``: each submission plays itself; ``given``: all learn from ``recordings``;
             ``none``: they are tested as they are.
-        recordings: files, one a repeat; only where play is given.
+        recordings: files, one per repeat; only with ``play: given``.
         steps, trial_steps: how long a play, and a trial, lasts.
-        repeats, seed: how many plays, with seeds from this one on.
+        repeats, seed: how many plays; seeds count up from this one.
         limits: what a submission may use up, in each play and each test.
-        failure: what one counts that failed: ``zero``, or ``excluded``.
-        ties: ``paired``: those share a rank whom the paired comparison with the first of them
-            cannot tell apart; ``none``: the mean alone decides.
-        start, end: when a platform takes submissions, as in ``2027-01-31 12:00:00`` (UTC).
+        failure: how a failed submission counts: ``zero``, or ``excluded``.
+        ties: ``paired``: submissions share a rank if the paired comparison cannot tell them from
+            the first of them; ``none``: the mean alone decides.
+        start, end: when a platform takes submissions, e.g. ``2027-01-31 12:00:00`` (UTC).
     """
 
     condition: ConditionName = "IM"
@@ -67,7 +67,7 @@ class Round(Record):
             try:
                 datetime.strptime(text, MOMENT)
             except ValueError as error:
-                raise ValueError("write it as 2027-01-31 12:00:00") from error
+                raise ValueError("write it like 2027-01-31 12:00:00") from error
         return text
 
     @field_validator("limits", mode="before")
@@ -83,9 +83,9 @@ class Round(Record):
     @model_validator(mode="after")
     def _recordings_fit(self) -> Round:
         if (self.play == "given") != bool(self.recordings):
-            raise ValueError("recordings are named where, and only where, play is given")
+            raise ValueError("recordings go with `play: given`, and only with it")
         if self.play == "given" and self.repeats not in (1, len(self.recordings)):
-            raise ValueError("there are as many repeats as recordings: leave repeats out")
+            raise ValueError("each recording is one repeat: leave repeats out")
         return self
 
     @property
@@ -95,13 +95,13 @@ class Round(Record):
 
 
 class Competition(Described):
-    """Rounds, and where they are held.
+    """The rounds of a competition.
 
     Attributes:
         folder: of the file that describes it; paths in it are relative to this.
-        title: above leaderboards.
+        title: shown above leaderboards.
         scene: name or manifest.
-        results: folder of all that comes of it.
+        results: folder of all results.
         rounds: by name, in their order.
     """
 
@@ -119,7 +119,7 @@ class Competition(Described):
         return self.folder / self.rounds[name].goals
 
     def recordings(self, name: str) -> list[Path]:
-        """What is learned from in a round, where it is given."""
+        """The recordings of a round, if given."""
         return [self.folder / file for file in self.rounds[name].recordings]
 
 

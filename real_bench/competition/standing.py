@@ -1,4 +1,4 @@
-"""How far a submission has come in a round, as it is kept in its folder."""
+"""The standing of a submission in a round, as kept in its folder."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ STATUS_OF: dict[str, Status] = {
     "SubmissionError": REFUSED,
     "ControllerError": REFUSED,
 }
-"""By the class of the error that ended a job. Any other error is no fault of the submission."""
+"""By the class of the error that ended a job. Any other error is not the submission's fault."""
 
 
 class Failed(BaseModel):
-    """What ended a job: the status that it gives, in a line, and how long it took."""
+    """What ended a job: the status it gives, the reason in a line, and the time it took."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -65,7 +65,7 @@ class Standing(KeptRecord):
     seconds: float = 0.0
 
     def with_failure(self, job: str, failed: Failed) -> Standing:
-        """The same with one more failure; the first by name is the one that is told."""
+        """The same with one more failure; the first by name is shown."""
         failures = dict(sorted({**self.failures, job: failed}.items()))
         first = next(iter(failures.values()))
         seconds = sum(each.seconds for each in failures.values())

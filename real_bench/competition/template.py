@@ -1,4 +1,4 @@
-"""A submission to begin with."""
+"""A submission to start from."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from real_bench.files import check_folder, write_whole
 from real_bench.submissions import MANIFEST, read_submission
 
 _MANIFEST = """\
-# What the organisers and the leaderboard are told.
+# What the organisers and the leaderboard show.
 name: {name}
 authors: [{author}]
 entry: controller.py        # or controller.py:MyClass
 condition: {condition}
-settings: {{}}                # of the controller, above its defaults
-requirements: []            # packages beside those of realbench, as in [scikit-learn>=1.4]
+settings: {{}}                # settings of the controller that differ from its defaults
+requirements: []            # packages besides realbench's, e.g. [scikit-learn>=1.4]
 description: It acts at random.
 """
 
@@ -56,10 +56,10 @@ class MyController(Controller):
 
 
 def make_template(folder: Path, name: str, author: str, condition: str) -> None:
-    """Write a submission that runs as it is; raises SubmissionError where one is there."""
+    """Write a submission that runs as it is; raises SubmissionError if one is there."""
     taken = [file for file in (MANIFEST, "controller.py") if (folder / file).exists()]
     if taken:
-        raise SubmissionError(f"{folder / taken[0]} is there already")
+        raise SubmissionError(f"{folder / taken[0]} exists: use another folder")
     check_folder(folder, make=True)
     content = _MANIFEST.format(
         name=json.dumps(name), author=json.dumps(author), condition=condition

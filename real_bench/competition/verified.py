@@ -1,4 +1,4 @@
-"""What came of verifying a submission's results, kept beside them."""
+"""The verdict on a submission's results, kept beside them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Verified(KeptRecord):
     """A verdict on results.
 
     Attributes:
-        results: hashes of their files; of other files it says nothing.
+        results: hashes of their files; it applies to no others.
         holds: whether they are proved.
         detail: the verdict in a line.
         date: when.
@@ -32,7 +32,7 @@ class Verified(KeptRecord):
 
 
 def load_verified(home: Path, results: Sequence[str]) -> Verified | None:
-    """What is known of results of these hashes; None where nothing is."""
+    """The verdict on results of these hashes; None if there is none."""
     verified = Verified.load(home)
     return verified if verified and set(results) <= set(verified.results) else None
 

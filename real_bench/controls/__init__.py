@@ -1,4 +1,4 @@
-"""The ways of control, a class each: all that the rest need know of one.
+"""The ways of control, one class each: everything the rest needs to know about one.
 
 ========= ====== ==== =============================================================
 control   letter size command vector
@@ -31,7 +31,7 @@ __all__ = [
 
 
 def control_of(action_space: Any) -> type[Control]:
-    """The way of control that an action space is of; raises KeyError where it is of none."""
+    """The way of control of an action space; raises KeyError if there is none."""
     for control in CONTROLS.values():
         if set(control.keys) <= set(action_space.spaces):
             return control

@@ -25,7 +25,7 @@ MOST_POINTS = 10
 class CartesianControl(Control):
     """A pose of the gripper, by inverse kinematics, and the two gripper commands.
 
-    The kinematics is solved anew only when the pose changes from one step to the next.
+    The kinematics is solved again only when the pose changes from one step to the next.
     """
 
     letter, name, official_name = "C", "cartesian commands", "cartesian"
@@ -46,7 +46,7 @@ class CartesianControl(Control):
 
     @classmethod
     def random_action(cls, boxes: Boxes, random: np.random.Generator) -> Action:
-        """1 to 10 poses of the gripper, each with a random orientation, for equal parts of it."""
+        """1 to 10 poses of the gripper with random orientations, for equal parts of the action."""
         n_points = int(random.integers(1, MOST_POINTS, endpoint=True))
         return Action.poses([_random_pose(boxes, random) for _ in range(n_points)])
 
@@ -61,7 +61,9 @@ class CartesianControl(Control):
         if pose is None:
             return np.full(9, np.nan)
         if gripper is None:
-            raise ActionError("gripper_command is None beside a cartesian_command: give 2 numbers")
+            raise ActionError(
+                "gripper_command is None but cartesian_command is not: give 2 numbers"
+            )
         command = np.concatenate(
             [vector(pose, "cartesian_command", 7), vector(gripper, "gripper_command", 2)]
         )
@@ -81,7 +83,7 @@ class CartesianControl(Control):
         yield (*self._arm, *command[7:].tolist()), n_steps
 
     def forget(self) -> None:
-        """The next pose is solved anew."""
+        """Solve the next pose again."""
         self._pose = None
 
 

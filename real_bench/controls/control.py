@@ -1,4 +1,4 @@
-"""What a way of control is."""
+"""The interface of a way of control."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Control(ABC):
         letter: in the names of conditions.
         name: in the plural, for messages.
         official_name: what the official package calls it (``action_type``).
-        version: goes up when the same commands move the robot otherwise, if only in the last bit.
+        version: goes up when the same commands move the robot differently, even in the last bit.
         size: of a command vector.
-        keys: of an official action dict, beside ``render``.
+        keys: of an official action dict, besides ``render``.
         draws_lines: whether a command can move on a straight line from the one before.
     """
 

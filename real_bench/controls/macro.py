@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 class MacroControl(Control):
     """The macro-action: 1000 steps that push along a segment of the table and come back home.
 
-    The whole trajectory is planned when a macro starts: one that differs from the last, or the
-    same one after it has run out.
+    The whole trajectory is planned when a macro starts: when it differs from the last one, or when
+    the same one has run out.
     """
 
     letter, name, official_name = "M", "macro-actions", "macro_action"
-    version = 2  # since macros end exactly at their second point
+    version = 2  # macros end exactly at their second point
     size = 4
     keys = ("macro_action",)
 
@@ -71,7 +71,7 @@ class MacroControl(Control):
             yield joints, held
 
     def forget(self) -> None:
-        """The next macro is planned anew."""
+        """Plan the next macro again."""
         self._macro = None
 
 
@@ -83,7 +83,7 @@ MACRO_READY = (0.0, 0.0, 0.0, 0.0, 0.0, math.pi / 2, math.pi / 2, 0.0, 0.0)
 
 
 def push_points(points: tuple[float, ...]) -> list[tuple[float, float]]:
-    """The ends of the pieces in which a macro pushes; the last is its second point, to the bit.
+    """The ends of the pieces of a macro's push; the last is exactly its second point.
 
     Args:
         points: x1, y1, x2, y2 in metres.
@@ -91,7 +91,7 @@ def push_points(points: tuple[float, ...]) -> list[tuple[float, float]]:
     x1, y1, x2, y2 = points
     length = float(np.linalg.norm(np.array([x2 - x1, y2 - y1])))
     pieces = min(int(length / MACRO_PIECE) + 1, MACRO_PUSH_STEPS)
-    parts = [k / pieces for k in range(1, pieces)]  # how they are computed decides the bits
+    parts = [k / pieces for k in range(1, pieces)]  # computed this way, since it decides the bits
     return [*((x1 + (x2 - x1) * part, y1 + (y2 - y1) * part) for part in parts), (x2, y2)]
 
 

@@ -1,4 +1,4 @@
-"""Do jobs on a Dask cluster; files travel with them, so no folder need be shared."""
+"""Run jobs on a Dask cluster; files travel with them, so no shared folder is needed."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from real_bench.locks import own_folder
 SECONDS_TO_CONNECT = 10
 SECONDS_WITHOUT_WORKERS = 600
 AT_ONCE = 64
-"""Jobs handed to the scheduler at a time; it passes them on as workers come and go."""
+"""Jobs given to the scheduler at a time; it passes them on as workers come and go."""
 
 
 class NotWantedError(Exception):
-    """Whoever asked for a job has left."""
+    """The client that asked for a job is gone."""
 
 
 class Cluster:
-    """A Dask cluster; its workers need realbench installed, and controllers that are files.
+    """A Dask cluster; its workers need realbench, and the files of controllers, installed.
 
     Args:
-        address: of the scheduler, as in ``tcp://10.0.0.1:8786``.
+        address: of the scheduler, e.g. ``tcp://10.0.0.1:8786``.
 
     Raises:
         ExperimentError: dask.distributed is not installed, or no scheduler answers.
@@ -52,7 +52,7 @@ class Cluster:
 
     @property
     def n_workers(self) -> int:
-        """How many workers there are now; none where the scheduler does not answer."""
+        """How many workers there are now; 0 if the scheduler does not answer."""
         try:
             return len(self._client.nthreads())
         except OSError:
@@ -71,19 +71,19 @@ class Cluster:
         start = f"dask worker {self._address}"
         if now - self._last_seen > SECONDS_WITHOUT_WORKERS:
             raise ExperimentError(
-                f"there has been no worker for {SECONDS_WITHOUT_WORKERS:,} s: start some ({start}) "
-                "and repeat the command; what is finished is kept"
+                f"no worker for {SECONDS_WITHOUT_WORKERS:,} s: start some ({start}) and repeat the "
+                "command; finished jobs are kept"
             )
         return f"a worker ({start})"
 
     def do(self, job: Job, report: OnSteps) -> None:
-        """Have a worker do a job, and write what comes back.
+        """Let a worker do a job, and write what comes back.
 
-        A job whose worker dies is done by another one; the scheduler gives up after some.
+        If its worker dies another one does the job; the scheduler gives up after several.
 
         Raises:
             JobFailedError: it cannot be done, and why.
-            WorkerLostError: too many workers died of it.
+            WorkerLostError: too many workers died from it.
         """
         from distributed import KilledWorker
         from distributed.client import FutureCancelledError
@@ -101,7 +101,7 @@ class Cluster:
             del self._reports[job.name]
 
     def stop(self) -> None:
-        """Take back what is not done yet, and leave."""
+        """Cancel what is not done yet, and leave."""
         self._client.close()
 
     def _on_event(self, event: tuple[float, Any]) -> None:
@@ -143,5 +143,5 @@ def _moved(job: Job, contents: dict[str, bytes], folder: Path) -> Job:
 
 def _job(text: str) -> Job:
     job = job_from_json(text)
-    assert not isinstance(job, CheckJob)  # checks are made where the experiment is
+    assert not isinstance(job, CheckJob)  # checks run on the user's machine
     return job

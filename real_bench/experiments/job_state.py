@@ -1,4 +1,4 @@
-"""How far the files of an experiment have come, and whether they are what it says."""
+"""Which files of an experiment are there, and whether they fit it."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from real_bench.counting import counted
 from real_bench.errors import ControllerError, ExperimentError, in_short
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.naming import without_folder
@@ -18,11 +19,11 @@ from real_bench.source import ControllerSource, is_code_of, is_installed, record
 
 @dataclass(frozen=True)
 class JobState:
-    """How far a job has come.
+    """The state of a job.
 
     Attributes:
-        reached: whether its file is there, and whole.
-        misfits: what of the file is not as the job says.
+        reached: whether its file is there and complete.
+        misfits: what in the file does not fit the job.
         result: what a test's file holds.
     """
 
@@ -32,7 +33,7 @@ class JobState:
 
 
 def state_of(job: Job) -> JobState:
-    """How far a job has come; reads its file."""
+    """The state of a job; reads its file."""
     if not job.out.exists():
         return JobState("missing")
     if isinstance(job, PlayJob):
@@ -44,17 +45,17 @@ def state_of(job: Job) -> JobState:
 
 
 def not_of_this(job: Job, reasons: Sequence[str]) -> str:
-    """What is told of a file that is not as its job says."""
-    return f"{job.out.name} is not of this experiment: {'; '.join(reasons)}"
+    """The message about a file that does not fit its job."""
+    return f"{job.out.name} does not belong to this experiment: {'; '.join(reasons)}"
 
 
 def refusal(wrong: Sequence[str]) -> ExperimentError:
-    """The error for files that are not of the experiment, and what to do about them."""
-    return ExperimentError(f"{in_short(wrong)}. Move them away, or let --overwrite replace them")
+    """The error for files that do not belong to the experiment, and what to do about them."""
+    return ExperimentError(f"{in_short(wrong)}. Move them away, or replace them with --overwrite")
 
 
 def _misfits(job: ScoringJob, result: Result) -> list[str]:
-    """What of a result is not as the job says."""
+    """What in a result does not fit the job."""
     from real_bench.files import file_sha256
 
     setting = result.setting
@@ -63,9 +64,9 @@ def _misfits(job: ScoringJob, result: Result) -> list[str]:
         {"scene": setting.scene, **{name: getattr(setting, name) for name in names}},
         {"scene": job.scene_name, **{name: getattr(job, name) for name in names}},
     )
-    # a part of the goals is no misfit: the test goes on
+    # a part of the goals is fine: the test goes on
     if setting.n_goals not in (None, job.n_goals) or setting.set_size > job.n_goals:
-        reasons.append(f"{setting.set_size} goals, not {job.n_goals}")
+        reasons.append(f"{counted(setting.set_size, 'goal')}, not {job.n_goals}")
     reasons += _controller_misfits(job, setting.controller, setting.controller_sha256)
     reasons += _setting_misfits(job, setting.settings)
     if job.goals_sha256 not in ("", setting.goals_sha256):
@@ -80,7 +81,7 @@ def _state_of_play(job: PlayJob) -> JobState:
 
     with Recording(job.out) as recording:
         header, ended = recording.header, recording.ended
-        # one that was killed before its first action does not know yet how long it is to be
+        # one killed before its first action does not know its length yet
         steps = recording.total_steps if recording.n_steps else job.steps
     names = ("condition", "objects", "seed")
     reasons = _differences(
@@ -107,18 +108,18 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[st
 
 
 def _controller_misfits(job: Job, named: str, sha256: str) -> list[str]:
-    """A file is told by its name and content, for it may have come from another folder."""
+    """A file is known by its name and content, since it may come from another folder."""
     wanted_name = recorded_as(job.controller)
     if without_folder(named) != without_folder(wanted_name):
         return _differences({"controller": named}, {"controller": wanted_name})
     source = ControllerSource.of(job.controller)
     if source.file is not None and not is_code_of(source, sha256):
-        return [f"{source.file.name}, or what lies beside it, as it was before it was changed"]
+        return [f"{source.file.name}, or a file beside it, has changed since"]
     return []
 
 
 def _setting_misfits(job: Job, found: Mapping[str, Any]) -> list[str]:
-    """What is asked for must be so; where nothing is asked, defaults may have changed."""
+    """Settings that are given must agree; the others may have new defaults."""
     wanted, found = (json.loads(json.dumps(values)) for values in (job.settings, found))
     if merged(found, wanted) != found:
         with suppress(ControllerError):  # of one that is not here

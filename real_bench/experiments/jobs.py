@@ -1,6 +1,6 @@
-"""The two kinds of work of an experiment: to play, and to be tested.
+"""The two kinds of jobs of an experiment: plays and tests.
 
-A job says all that it takes to do it, as plain data, so that another process or machine can.
+A job is plain data with everything it takes, so that another process or machine can do it.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ if TYPE_CHECKING:
 
 
 class OnSteps(Protocol):
-    """Told how far a job has come."""
+    """Called with the progress of a job."""
 
     def __call__(self, done: int, busy: str = "") -> None:
-        """So many steps are done.
+        """Some steps are done.
 
         Args:
             done: how many.
-            busy: what its controller has been busy with for a while; empty where it plays.
+            busy: what its controller has been busy with for a while; empty while it plays.
         """
 
 
 class _Job(BaseModel, ABC):
-    """What both kinds say.
+    """What both kinds have.
 
     Attributes:
         name: unique in the experiment.
         controller: name, ``module:Class`` or file.
         condition, objects, scene, seed, settings: of the play or test.
-        scene_name: what the scene, which may be told by its manifest, calls itself.
+        scene_name: the scene's own name, since it may be given by its manifest.
         out: the file it writes.
-        isolate: have the controller in a process of its own, in a sandbox.
+        isolate: run the controller in a process of its own, in a sandbox.
         limits: what an isolated controller may use up.
     """
 
@@ -71,9 +71,9 @@ class _Job(BaseModel, ABC):
 
     @property
     def backend(self) -> ControllerBackend:
-        """Where its controller runs: not where it can read what is written, or its goals.
+        """Where its controller runs: it must not read its goals or what is written.
 
-        Raises ExperimentError where this machine, which may be far away, cannot see to that.
+        Raises ExperimentError if this machine, which may be far away, cannot ensure that.
         """
         if not self.isolate:
             return LocalBackend()
@@ -105,8 +105,8 @@ class _Job(BaseModel, ABC):
         """Do it, and write the file; raises RealBenchError.
 
         Args:
-            report: told of the steps that are done.
-            activity: told what the controller is busy with.
+            report: called with the steps that are done.
+            activity: called with what the controller is busy with.
         """
 
 
@@ -115,8 +115,8 @@ class PlayJob(_Job):
 
     Attributes:
         steps, images: of the phase.
-        go_on: go on with a recording that was cut; else it begins anew, since a resumed run is
-            not bit for bit the uninterrupted one.
+        go_on: continue an interrupted recording; otherwise start over, since a resumed run is not
+            bit for bit the uninterrupted one.
     """
 
     kind: Literal["play"] = "play"
@@ -165,7 +165,7 @@ class ScoringJob(_Job):
         goals: the goal set's file, with ``n_goals`` goals.
         goals_sha256: hash of the goal set's content; empty while it is not drawn yet.
         run: the recording to learn from, of ``run_steps`` steps; None, 0 if there is none.
-        play: the name of the job that makes the recording, where there is one.
+        play: the name of the job that makes the recording, if there is one.
     """
 
     kind: Literal["scoring"] = "scoring"
@@ -186,7 +186,7 @@ class ScoringJob(_Job):
         return {"goals": self.goals, **({"run": self.run} if self.run else {})}
 
     def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
-        """Test, going on with a result of the same test."""
+        """Test; continues a result of the same test."""
         from real_bench.goal_sets import load_goal_set
         from real_bench.phases.extrinsic import ExtrinsicPhase
         from real_bench.phases.trial import TrialPlan
@@ -218,12 +218,12 @@ Job = PlayJob | ScoringJob
 
 
 class CheckJob(BaseModel):
-    """Finding out in a moment whether jobs can be done: their controllers play a few steps.
+    """A quick check whether jobs can be done: their controllers play a few steps.
 
     Attributes:
         name: of its log.
-        jobs: what is to be done; of jobs that differ in nothing that matters, one.
-        plays: the plays to come that tests among them learn from, by name.
+        jobs: what to check; one of each group of jobs that differ in nothing that matters.
+        plays: future plays that the tests among them learn from, by name.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -261,7 +261,7 @@ class CheckJob(BaseModel):
                 raise ControllerError(finding.detail)
 
     def _check_it_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
-        """Raise ControllerError where a play has not the images that a test would learn from."""
+        """Raise ControllerError if a play lacks the images that a test would learn from."""
         if condition.sees_objects or not Condition.parse(play.condition).sees_objects:
             return
         learns = job.backend.identity(job.controller, job.settings).learns_from_experience
@@ -270,7 +270,7 @@ class CheckJob(BaseModel):
             recorded = play.backend.identity(play.controller, play.settings).uses_images
         if learns and not recorded:
             raise ControllerError(
-                f"it learns from images, and play {play.name} records none: give the play "
+                f"it learns from images, but play {play.name} records none: give that play "
                 "`images: true`"
             )
 

@@ -1,4 +1,4 @@
-"""What there is to do for an experiment, and what of it is left."""
+"""The jobs of an experiment, and which of them are left."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
+from real_bench.counting import counted
 from real_bench.experiments.job_state import JobState, not_of_this, refusal, state_of
 from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
 from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
@@ -23,11 +24,16 @@ class PendingJobs:
 
     Attributes:
         plays: intrinsic phases.
-        scorings: tests, of which some wait for one of the plays.
+        scorings: tests; some of them wait for a play.
     """
 
     plays: tuple[PlayJob, ...]
     scorings: tuple[ScoringJob, ...]
+
+    def __str__(self) -> str:
+        """``2 plays and 1 test, 26,000 steps in total``."""
+        plays, tests = counted(len(self.plays), "play"), counted(len(self.scorings), "test")
+        return f"{plays} and {tests}, {self.n_steps:,} steps in total"
 
     @property
     def n_steps(self) -> int:
@@ -36,7 +42,7 @@ class PendingJobs:
 
     @property
     def check(self) -> CheckJob:
-        """What finds out in a moment whether all of them can be done."""
+        """A quick check whether all of them can be done."""
         plays = {job.name: job for job in self.plays}
         unlike: dict[str, Job] = {}
         jobs: tuple[Job, ...] = (*self.plays, *self.scorings)
@@ -56,11 +62,11 @@ class PendingJobs:
 
 
 class ExperimentPlan:
-    """All jobs of an experiment, and how far they have come; looks at each file once.
+    """All jobs of an experiment and their states; looks at each file once.
 
     Args:
         spec: the experiment.
-        isolate: have every controller in a process of its own, in a sandbox.
+        isolate: run every controller in a process of its own, in a sandbox.
         limits: what an isolated controller may use up.
     """
 
@@ -70,13 +76,13 @@ class ExperimentPlan:
         self._states: dict[Path, JobState] = {}
 
     def state(self, job: Job) -> JobState:
-        """How far a job had come when it was first asked for."""
+        """The state of a job when it was first asked for."""
         if job.out not in self._states:
             self._states[job.out] = state_of(job)
         return self._states[job.out]
 
     def scorings(self, cell: Cell, seed: int) -> list[ScoringJob]:
-        """The tests that make one repeat of a cell, one a goal set."""
+        """The tests of one repeat of a cell, one per goal set."""
         spec, play = self._spec, self.play(cell, seed)
         return [
             ScoringJob(
@@ -105,7 +111,7 @@ class ExperimentPlan:
         )
 
     def check_settings(self) -> None:
-        """Find out before any work is done whether settings are what their controllers take.
+        """Check before any work that controllers accept their settings.
 
         Raises:
             ControllerError: they are not.
@@ -120,14 +126,14 @@ class ExperimentPlan:
                     checked.append((job.controller, job.settings))
 
     def left(self, *, go_on: bool = False, overwrite: bool = False) -> PendingJobs:
-        """What is left to do: tests that are not done, and the plays that these need.
+        """What is left to do: unfinished tests, and the plays they need.
 
         Args:
-            go_on: go on with recordings that were cut, instead of beginning them anew.
-            overwrite: do again what is not as the experiment says.
+            go_on: continue interrupted recordings instead of starting over.
+            overwrite: replace files that do not fit the experiment.
 
         Raises:
-            ExperimentError: files are not as the experiment says, and are not to be overwritten.
+            ExperimentError: files do not fit the experiment, and must not be overwritten.
         """
         repeats = [(cell, seed) for cell in self._spec.cells for seed in self._spec.seeds(cell)]
         tests = [job for repeat in repeats for job in self.scorings(*repeat)]
@@ -141,7 +147,7 @@ class ExperimentPlan:
         )
 
     def draw_goals(self) -> Iterator[str]:
-        """Draw the goal sets that are missing; tells the name of each before it is drawn."""
+        """Draw missing goal sets; yields the name of each before it is drawn."""
         from real_bench.goal_sets import generate_goal_set, save_goal_set
         from real_bench.simulation import load_scene
 
@@ -157,7 +163,7 @@ class ExperimentPlan:
     def _told(
         self, name: str, who: Cell | Play, objects: int, seed: int, suffix: str
     ) -> dict[str, Any]:
-        """What a play and a test are told alike."""
+        """What plays and tests share."""
         return {
             "name": name,
             "controller": self._spec.controller(who.controller),
@@ -173,7 +179,7 @@ class ExperimentPlan:
         }
 
     def _left(self, jobs: Sequence[_T], overwrite: bool) -> list[_T]:
-        """What is not done yet, or not as it should be."""
+        """What is not done yet, or must be done again."""
         states = [(job, self.state(job)) for job in jobs]
         wrong = [not_of_this(job, state.misfits) for job, state in states if state.misfits]
         if wrong and not overwrite:
@@ -182,7 +188,7 @@ class ExperimentPlan:
 
     @cached_property
     def _goals(self) -> dict[tuple[str, int], tuple[int, str]]:
-        """How many goals each set has, and its hash where it is there, by name and objects."""
+        """How many goals each set has, and its hash if it exists, by name and objects."""
         from real_bench.goal_sets import load_goal_set
 
         found: dict[tuple[str, int], tuple[int, str]] = {}

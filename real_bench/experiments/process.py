@@ -1,4 +1,4 @@
-"""Do a job in a process of its own, so that nothing but the job dies with it."""
+"""Do a job in a process of its own, so that only the job dies with it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from real_bench.errors import ExperimentError, RealBenchError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps
 
 WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import main; main()"
-"""Without the current folder, which may be a stranger's, among those that are imported from."""
+"""Does not import from the current folder, which may be a stranger's."""
 
 
 class JobFailedError(RealBenchError):
@@ -34,14 +34,14 @@ class JobFailedError(RealBenchError):
 
 
 class WorkerLostError(RealBenchError):
-    """What did a job died; another may do it."""
+    """The worker of a job died; another one may do it."""
 
 
 class Processes:
-    """Processes of this machine, one a job.
+    """Processes of this machine, one per job.
 
     Args:
-        logs: folder for what jobs print; None: they print where we do.
+        logs: folder for what jobs print; None: they print to our own output.
     """
 
     def __init__(self, logs: Path | None = None) -> None:
@@ -50,14 +50,14 @@ class Processes:
         self._stopped = False
 
     def do(self, job: Job | CheckJob, report: OnSteps) -> None:
-        """Do a job; returns when its file is there, or the check has found nothing.
+        """Do a job; returns when its file is there, or the check has passed.
 
         Raises:
             JobFailedError: it cannot be done, and why.
             WorkerLostError: its process died.
         """
         if self._stopped:
-            raise WorkerLostError(f"{job.name} was not begun")
+            raise WorkerLostError(f"{job.name} was not started")
         with self._log(job) as log, self._process(log) as process:
             self._running.add(process)
             try:
@@ -75,7 +75,7 @@ class Processes:
         return ""
 
     def stop(self) -> None:
-        """End all of them at once; what they wrote stays whole."""
+        """Kill all of them; what they wrote stays whole."""
         self._stopped = True
         for process in list(self._running):
             process.kill()
@@ -95,9 +95,9 @@ class Processes:
                 message = json.loads(line)
                 if "done" in message:
                     report(message["done"], message.get("busy", ""))
-        except (BrokenPipeError, ValueError):  # it died in the middle of a word
+        except (BrokenPipeError, ValueError):  # it died in the middle of a message
             message = {}
-        with suppress(BrokenPipeError):  # of what it had not read yet
+        with suppress(BrokenPipeError):  # about what it had not read yet
             process.stdin.close()
         process.wait()
         return message

@@ -1,4 +1,4 @@
-"""An experiment from its file to its rows: checked first, then made as far as it is missing."""
+"""An experiment from its file to its rows: checked first, then what is missing is run."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment as it is to be made.
+    """An experiment to be run.
 
     Attributes:
         spec: what it is.
-        n_at_once: how many jobs at once; as many as there are cores where None.
-        scheduler: the address of a Dask scheduler; processes of this machine where None.
+        n_at_once: how many jobs at once; None: one per core.
+        scheduler: the address of a Dask scheduler; None: processes of this machine.
         isolate: whether controllers are isolated.
         limits: what an isolated controller may use up.
     """
@@ -42,13 +42,13 @@ class Experiment:
     limits: Limits | None = None
 
     def prepare(self) -> None:
-        """Draw missing goals, and find out before any work is done whether all is as it must be.
+        """Draw missing goals, and check everything before any work.
 
         Raises:
-            RealBenchError: a controller, a setting, a scene or goals are not.
+            RealBenchError: a controller, a setting, the scene or goals cannot be used.
         """
         self._check_controllers()
-        load_scene(self.spec.scene_source)  # whether it is installed
+        load_scene(self.spec.scene_source)  # is it installed?
         for name in ExperimentPlan(self.spec).draw_goals():
             log.info("drawing %s", name)
         self._check_goals()
@@ -57,16 +57,16 @@ class Experiment:
         """The plays and tests that are not there yet.
 
         Args:
-            go_on: go on with plays that were cut, which are then not bit for bit the same.
-            overwrite: make anew what is there and is not of this experiment.
+            go_on: continue interrupted plays, which are then not bit for bit the same.
+            overwrite: replace files that do not belong to this experiment.
         """
         return self._plan().left(go_on=go_on, overwrite=overwrite)
 
     def check(self, work: PendingJobs) -> None:
-        """Have every controller play a few steps before any work is done.
+        """Let every controller play a few steps before any work.
 
-        In a process of its own: a controller may end the one that it is in. Isolated controllers
-        are left out: they are other people's, and one that fails must not stop the rest.
+        This happens in a process of its own, since a controller may end its process. Isolated
+        controllers are left out: they are other people's, and a failing one must not stop the rest.
 
         Raises:
             ExperimentError: something cannot be done, and why.
@@ -88,7 +88,7 @@ class Experiment:
             raise ExperimentError(f"before any work: {reason}") from error
 
     def make(self, work: PendingJobs, update: OnProgress) -> dict[str, Failure]:
-        """Have it done; gives why jobs were not, by name.
+        """Run the jobs; returns why jobs failed, by name.
 
         Raises:
             Interrupted: the user stopped it.
@@ -97,12 +97,12 @@ class Experiment:
         return workplace.do(work, update)
 
     def rows(self) -> list[Row]:
-        """The table, as far as it is made; raises ExperimentError."""
+        """The table from the results so far; raises ExperimentError."""
         return rows_of(self.spec, self._plan())
 
     @contextlib.contextmanager
     def own_folder(self) -> Iterator[None]:
-        """The experiment's folder, in which no other process makes the same."""
+        """Lock the experiment's folder, so that no other process runs the same experiment."""
         folder = self.spec.results_folder
         try:
             folder.mkdir(parents=True, exist_ok=True)

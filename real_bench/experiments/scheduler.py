@@ -1,4 +1,4 @@
-"""Have the jobs of an experiment done, as many at once as there is room for."""
+"""Run the jobs of an experiment, several at once."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ SECONDS_BETWEEN_UPDATES = 0.5
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a job was not done.
+    """Why a job failed.
 
     Attributes:
         detail: in a line.
-        kind: the name of the error's class; empty where its process was lost, or where it waited
-            for another job.
-        seconds: how long it was tried.
+        kind: the name of the error's class; empty if its process was lost, or if it waited for
+            another job.
+        seconds: how long it ran.
     """
 
     detail: str
@@ -37,40 +37,40 @@ class Failure:
 
 
 OnFailure = Callable[[Job, Failure], None]
-"""Told of a failure at once, so that it can be kept before anything else goes wrong."""
+"""Called at once on a failure, so that it is kept before anything else goes wrong."""
 
 
 class JobRunner(Protocol):
-    """Where jobs are done: processes of this machine, or a cluster."""
+    """Where jobs run: processes of this machine, or a cluster."""
 
     def do(self, job: Job, report: OnSteps) -> None:
         """Do a job; its file is there when this returns. Called from many threads.
 
         Raises:
             JobFailedError: it cannot be done.
-            WorkerLostError: whatever did it died.
+            WorkerLostError: its worker died.
         """
 
     def waits_for(self) -> str:
-        """What nothing can be done without; empty where nothing is missing.
+        """What all jobs are waiting for; empty if nothing is missing.
 
         Raises:
-            ExperimentError: it has waited for too long.
+            ExperimentError: the wait is too long.
         """
 
     def stop(self) -> None:
-        """End what is being done."""
+        """Stop running jobs."""
 
 
 @dataclass(frozen=True)
 class ExperimentProgress:
-    """How far the work has come.
+    """The progress of the work.
 
     Attributes:
         n_steps: steps of simulation done.
-        n_jobs: jobs that have come to an end.
-        running: names of those that are being done, and what their controllers are busy with.
-        waits_for: what must come before they can be; empty where nothing is missing.
+        n_jobs: jobs that have ended.
+        running: names of running jobs, and what their controllers are busy with.
+        waits_for: what they are waiting for; empty if nothing is missing.
     """
 
     n_steps: int
@@ -80,18 +80,18 @@ class ExperimentProgress:
 
 
 OnProgress = Callable[[ExperimentProgress], None]
-"""Told from time to time how far jobs have come."""
+"""Called from time to time with the progress of jobs."""
 
 
 def _ignored(job: Job, failure: Failure) -> None:
-    """Nobody is told."""
+    """Do nothing."""
 
 
 class JobScheduler:
-    """Does the work of an experiment.
+    """Runs the jobs of an experiment.
 
     Args:
-        workplace: where.
+        workplace: where they run.
         n_at_once: how many jobs at once.
     """
 
@@ -104,15 +104,15 @@ class JobScheduler:
         update: OnProgress,
         on_failure: OnFailure = _ignored,
     ) -> dict[str, Failure]:
-        """Do all that can be done.
+        """Run all jobs that can run.
 
         Args:
             work: the jobs.
-            update: told from time to time how far they have come.
-            on_failure: told of each failure.
+            update: called from time to time with their progress.
+            on_failure: called with each failure.
 
         Returns:
-            Why jobs were not done, by name; a test whose play failed is among them.
+            Why jobs failed, by name, including tests whose play failed.
         """
         shift = _Shift(work, on_failure)
         with ThreadPoolExecutor(self._n_at_once) as pool:
@@ -143,13 +143,12 @@ class JobScheduler:
 
 @dataclass(frozen=True)
 class Workplace:
-    """Where jobs are to be done: in processes of this machine, or on a cluster.
+    """Where jobs run: in processes of this machine, or on a cluster.
 
     Attributes:
         folder: of the results; processes here have their logs in it.
-        n_at_once: how many jobs at once; as many as there are cores, or as a cluster takes, where
-            None.
-        address: of a Dask scheduler; processes of this machine where None.
+        n_at_once: how many jobs at once; None: one per core, or as many as a cluster takes.
+        address: of a Dask scheduler; None: processes of this machine.
     """
 
     folder: Path
@@ -159,7 +158,7 @@ class Workplace:
     def do(
         self, work: PendingJobs, update: OnProgress, on_failure: OnFailure = _ignored
     ) -> dict[str, Failure]:
-        """Do all that can be done; gives why jobs were not, by name.
+        """Run all jobs that can run; returns why jobs failed, by name.
 
         Raises:
             Interrupted: the user stopped it.
@@ -168,7 +167,7 @@ class Workplace:
             return self._scheduler().do(work, update, on_failure)
         except KeyboardInterrupt as error:
             raise Interrupted(
-                "stopped; what is finished is kept: repeat the command to go on"
+                "stopped; finished jobs are kept: repeat the command to continue"
             ) from error
 
     def _scheduler(self) -> JobScheduler:
@@ -181,7 +180,7 @@ class Workplace:
 
 
 class _Shift:
-    """What is ready to be done, what waits for it, and how far each job has come."""
+    """Which jobs are ready, which wait for them, and the progress of each."""
 
     def __init__(self, work: PendingJobs, on_failure: OnFailure) -> None:
         self._on_failure = on_failure
@@ -196,7 +195,7 @@ class _Shift:
         self.failures: dict[str, Failure] = {}
 
     def reporter(self, job: Job) -> OnSteps:
-        """What the job, which now begins, is to tell of its steps."""
+        """The function by which a job that begins reports its steps."""
         self._began[job.name] = time.monotonic()
 
         def report(done: int, busy: str = "") -> None:
@@ -205,12 +204,12 @@ class _Shift:
         return report
 
     def label(self, job: Job) -> str:
-        """A job's name, and what its controller is busy with where it has been for a while."""
+        """A job's name, and what its controller has been busy with for a while."""
         busy = self._busy.get(job.name)
         return f"{job.name} ({busy})" if busy else job.name
 
     def end(self, job: Job, error: BaseException | None) -> None:
-        """A job has come to an end; what waited for it can begin, or never will."""
+        """A job has ended; what waited for it can begin, or never will."""
         self._n_ended += 1
         self._steps[job.name] = job.n_steps
         followers = [each for each in self._waiting if each.play == job.name]
@@ -232,6 +231,6 @@ class _Shift:
         self._on_failure(job, failure)
 
     def progress(self, running: list[str], waits_for: str) -> ExperimentProgress:
-        """How far all have come."""
+        """The progress of all jobs."""
         n_steps = sum(list(self._steps.values()))
         return ExperimentProgress(n_steps, self._n_ended, tuple(running), waits_for)

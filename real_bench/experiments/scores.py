@@ -1,4 +1,4 @@
-"""The scores of an experiment, as far as they are there."""
+"""The scores of an experiment so far."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from real_bench.scoring.result import Result
 
 @dataclass(frozen=True)
 class Row:
-    """A cell and what is known of it.
+    """A cell and its scores so far.
 
     Attributes:
         cell: what was asked for.
         n_asked: how many repeats.
         seeds: of the repeats that are done.
         files: their results.
-        control_version: of the way of control, in these; None while there are none.
+        control_version: of the way of control in these; None while there are none.
         summary: of their scores; None while there are none.
-        unlike_published: what is not as it was for the published score.
-        physics: that each of the results was made with.
-        name: of a submission; empty where the cell's label is what it is called.
+        unlike_published: what differs from how the published score was made.
+        physics: of each of the results.
+        name: of a submission; empty if it is called by the cell's label.
     """
 
     cell: Cell
@@ -54,7 +54,7 @@ class Row:
 
     @property
     def difference(self) -> float | None:
-        """Our mean less the published one."""
+        """Our mean minus the published one."""
         if self.summary is None or self.cell.published is None:
             return None
         return self.summary.score.mean - self.cell.published.mean
@@ -88,13 +88,13 @@ class Row:
 
 
 def rows_of(spec: Spec, plan: ExperimentPlan) -> list[Row]:
-    """One row a cell.
+    """One row per cell.
 
-    Only what is of the same scene, goals, lengths and settings stands in one table; a repeat counts
-    when all of its goal sets are tested.
+    A table holds only results with the same scene, goals, lengths and settings; a repeat counts
+    once all of its goal sets are tested.
 
     Raises:
-        ExperimentError: results are not as the experiment says, or do not belong together.
+        ExperimentError: results do not fit the experiment, or one another.
     """
     alike = _Alike()
     return [_row(spec, plan, cell, alike) for cell in spec.cells]
@@ -131,7 +131,7 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
 
 
 def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:
-    """Lengths and goals of an experiment that are not the benchmark's."""
+    """Lengths and goals of an experiment that differ from the benchmark's."""
     if cell.published is None:
         return
     whole = sum(OFFICIAL_COUNTS.values())
@@ -156,13 +156,13 @@ def _finished(
 
 
 class _Alike:
-    """Remembers what results were of, and refuses those that do not belong with the others."""
+    """Remembers what results were made with, and refuses those that do not fit the others."""
 
     def __init__(self) -> None:
         self._seen: dict[tuple[str, ...], tuple[Any, Path]] = {}
 
     def check(self, cell: Cell, job: ScoringJob, result: Result) -> None:
-        """Raise ExperimentError where a result is of another scene, goals or settings."""
+        """Raise ExperimentError if a result has another scene, goals or settings."""
         setting = result.setting
         self._same(job, setting.scene_sha256, "scenes")
         self._same(job, setting.goals_sha256, "goals", job.goals.name)
@@ -173,5 +173,5 @@ class _Alike:
         first, file = self._seen.setdefault((what, *of), (value, job.out))
         if value != first:
             raise ExperimentError(
-                f"{job.out.name} and {file.name} are of different {what}, which are never averaged"
+                f"{job.out.name} and {file.name} have different {what}, which are never averaged"
             )

@@ -1,4 +1,4 @@
-"""What an experiment is made of: plays, goal sets, and the cells of its table."""
+"""The parts of an experiment: plays, goal sets, and the cells of its table."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ class Play(_Played):
 
 
 class DrawnGoals(Record):
-    """Goals to be drawn.
+    """Goals to draw.
 
     Attributes:
-        seed: that they are drawn with.
+        seed: of the draw.
         counts: how many of each class; None: as many as the official sets have, 25, 15 and 10.
     """
 
@@ -84,8 +84,8 @@ class Cell(_Played):
             ``none``.
         goals: names of goal sets, all of which make one repeat; empty: all of the experiment.
         repeats: how many, each with another seed; None: as many as the experiment says.
-        published: to be set beside it.
-        note: to be told below the table.
+        published: shown beside it.
+        note: shown below the table.
     """
 
     objects: Annotated[int, Field(ge=1)] = 1
@@ -107,7 +107,7 @@ class Cell(_Played):
 
     @property
     def label(self) -> str:
-        """The controller, and what else its name says where one was given."""
+        """The controller, and what else its name says, if one was given."""
         plain, ending = _short(self.controller), f"-{self.condition}-{self.objects}"
         return plain if self.name == plain + ending else self.name.removesuffix(ending)
 
@@ -121,15 +121,15 @@ class Spec(Described):
 
     Attributes:
         folder: of the file that describes it; paths in it are relative to this.
-        title: above the table.
+        title: shown above the table.
         results: folder of recordings and results.
-        run: whether what is missing is made without being asked to.
+        run: whether what is missing is run without --run.
         scene: name or manifest.
         steps: how long a play lasts.
         trial_steps: how long a trial lasts.
         repeats: how many, each with a seed of its own.
         seed: of the first repeat; those of the others follow.
-        goals: goal sets by name: ``shipped``, a file, or goals to be drawn.
+        goals: goal sets by name: ``shipped``, a file, or goals to draw.
         plays: plays by name.
         cells: of the table, in its order.
     """
@@ -148,7 +148,7 @@ class Spec(Described):
     def _names_fit(self) -> Spec:
         names = [cell.name for cell in self.cells]
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"two cells are named {', '.join(twice)}: give them a name")
+            raise ValueError(f"two cells are named {', '.join(twice)}: give each a name")
         for cell in self.cells:
             if cell.play not in (OWN, NONE, *self.plays):
                 known = [OWN, NONE, *self.plays]
@@ -165,7 +165,9 @@ class Spec(Described):
                 )
         shared = {f"{cell.play}-{cell.objects}" for cell in self.cells if cell.play in self.plays}
         if taken := shared & {cell.name for cell in self.cells if cell.play == OWN}:
-            raise ValueError(f"the recordings of play and cell {', '.join(taken)} share a name")
+            raise ValueError(
+                f"play and cell {', '.join(taken)} share a name, and so would their recordings"
+            )
         return self
 
     @property
@@ -193,7 +195,7 @@ class Spec(Described):
         return shipped_goal_set(objects, self.scene)
 
     def play_of(self, cell: Cell) -> tuple[str, Play] | None:
-        """What a cell learns from, and what its recordings' names begin with."""
+        """The play that a cell learns from, and the prefix of its recordings' names."""
         if cell.play == NONE:
             return None
         if cell.play == OWN:
@@ -204,13 +206,13 @@ class Spec(Described):
         return f"{cell.play}-{cell.objects}", self.plays[cell.play]
 
     def controller(self, named: str) -> str:
-        """A controller as it is found from anywhere: what has a path is relative to the spec."""
+        """A controller as found from anywhere: paths are relative to the spec."""
         if CONTROLLER_FILE.fullmatch(named) or find_submission(named, self.folder):
             return str(self.folder / named)
         return named
 
     def submission_name(self, cell: Cell) -> str:
-        """The name of a cell's submission; empty where it is none, or the cell has its own name."""
+        """The name of a cell's submission; empty if it is none, or the cell has its own name."""
         found = find_submission(cell.controller, self.folder)
         if found is None or cell.label != _short(cell.controller):
             return ""
@@ -219,7 +221,7 @@ class Spec(Described):
 
 
 def read_spec(path: Path) -> Spec:
-    """Read what describes an experiment; raises ExperimentError with every fault at once."""
+    """Read the file of an experiment; raises ExperimentError with every fault at once."""
     values = read_mapping(path, "the experiment", ExperimentError)
     defaults = {"title": path.stem, "results": path.stem}
     try:
@@ -230,23 +232,23 @@ def read_spec(path: Path) -> Spec:
 
 
 def write_template(path: Path, *, overwrite: bool = False) -> None:
-    """Write an experiment to begin with, every key explained.
+    """Write an experiment to start from, with every key explained.
 
     Raises:
-        OutputError: there is a file already, or none can be written.
+        OutputError: the file exists, or cannot be written.
     """
     check_output(path, overwrite=overwrite)
     write_whole(path, TEMPLATE.read_bytes())
 
 
 def _check_it_fits(cell: Cell, play: Play) -> None:
-    """Raise ValueError where what was played in one condition cannot serve in another."""
+    """Raise ValueError if a play in one condition cannot be used in another."""
     learns, played = Condition.parse(cell.condition), Condition.parse(play.condition)
     link = f"cell {cell.name} learns from {cell.play!r}, which is played in {played.name}"
     if learns.control != played.control:
         raise ValueError(f"{link}: it needs a play in {learns.name}")
     if learns.sees_objects and not played.sees_objects:
-        raise ValueError(f"{link}, where no positions are seen: it needs a play in {learns.name}")
+        raise ValueError(f"{link}without seeing positions: it needs a play in {learns.name}")
 
 
 def _short(controller: str) -> str:

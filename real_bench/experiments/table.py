@@ -30,22 +30,22 @@ OVER = interval_heading(OVER_PLAYS_AND_GOALS)
 KEYS, MEAN = ("controller", "condition", "objects"), "mean ± s.e."
 LEGEND = {
     MEAN: "s.e.: standard error over repeats",
-    OVER: f"{OVER}: how far the mean would go if all was done again, which fewer than "
-    f"{LEAST_PLAYS} plays do not tell",
+    OVER: f"{OVER}: where the mean would be if everything were done again; needs "
+    f"{LEAST_PLAYS} plays",
     "IQM": "IQM: interquartile mean",
 }
-"""What is to be said of columns."""
+"""Explanations of columns."""
 FEW, UNLIKE, MIXED = "*", "†", "‡"
 LONGEST = 1000
 LONGEST_HEADING, LONGEST_NAME = 14, 18
 WIDEST = 100
-"""Columns of a terminal that a table may take."""
+"""The widest table, in characters."""
 
 
 def columns(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
-    """Headings, and the cells of each row, of the columns in which any row has something.
+    """Headings and cells of the columns in which any row has something.
 
-    Beside the score stand the metrics that are shown where room is short.
+    Beside the score stand only the metrics that are shown where room is short.
     """
     headings = [
         *(*KEYS, "repeats", "goals"),
@@ -57,7 +57,7 @@ def columns(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
 
 
 def text_table(spec: Spec, rows: Sequence[Row]) -> Group:
-    """For a terminal; where one table would be too wide for most of these, it is two."""
+    """For a terminal; a table too wide for most terminals is split in two."""
     headings, shown = columns(rows)
     whole = _text_table(headings, shown)
     if _width(whole) <= WIDEST:
@@ -90,7 +90,7 @@ def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
 
 
 def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
-    """Every number, and what each is of."""
+    """Every number, with what it belongs to."""
     return {
         "title": spec.title,
         "scene": spec.scene,
@@ -101,7 +101,7 @@ def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def cells(row: Row) -> list[str]:
-    """What stands in each column."""
+    """The text of each column."""
     cell, summary = row.cell, row.summary
     done = f"{len(row.seeds)} of {row.n_asked}{MIXED if mixture(row.physics) else ''}"
     lines = [
@@ -128,7 +128,7 @@ def cells(row: Row) -> list[str]:
 
 
 def notes(rows: Sequence[Row]) -> list[str]:
-    """What is to be said below the table."""
+    """The notes below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
     lines = [
         "; ".join(LEGEND[heading] for heading in columns(rows)[0] if heading in LEGEND),
@@ -140,8 +140,8 @@ def notes(rows: Sequence[Row]) -> list[str]:
         lines.append(f"{UNLIKE} not what was published: {reason}")
     if earlier := [row.cell.name for row in rows if row.is_of_earlier_control]:
         lines.append(
-            f"by an earlier version of their control (macros did not end exactly at their second "
-            f"point): {', '.join(earlier)}"
+            f"made with an earlier version of the control (macros did not end exactly at their "
+            f"second point): {', '.join(earlier)}"
         )
     if told_of_physics := mixture([each for row in rows for each in row.physics]):
         lines.append(f"{MIXED} {told_of_physics}")
@@ -156,7 +156,7 @@ def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table
     for heading in headings:
         broken = "\n".join(textwrap.wrap(heading, LONGEST_HEADING))
         left = heading in KEYS[:2]
-        # a long name is broken, so that no number is
+        # long names wrap, so that no number does
         longest = LONGEST_NAME if heading == KEYS[0] else None
         table.add_column(
             broken, justify="left" if left else "right", overflow="fold", max_width=longest
@@ -167,7 +167,7 @@ def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table
 
 
 def _width(table: Table) -> int:
-    """How many columns of a terminal it takes where there is room."""
+    """Its width in characters where there is room."""
     console = Console(width=10 * WIDEST)
     return Measurement.get(console, console.options, table).maximum
 
@@ -175,13 +175,13 @@ def _width(table: Table) -> int:
 def _only(
     wanted: Sequence[str], headings: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> tuple[list[str], list[list[str]]]:
-    """The wanted of the columns that there are."""
+    """Those of the columns that are wanted."""
     numbers = [headings.index(heading) for heading in wanted if heading in headings]
     return [headings[number] for number in numbers], [[row[n] for n in numbers] for row in rows]
 
 
 def _others() -> list[str]:
-    """The metrics beside the score that are shown where room is short."""
+    """The metrics besides the score that are shown where room is short."""
     return [name for name, metric in METRICS.items() if metric.narrow and name != SCORE]
 
 

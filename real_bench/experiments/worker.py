@@ -1,8 +1,8 @@
 """Do one job in this process; see ``process.py``, which starts it.
 
-The job comes as one line of JSON on standard input, which then stays open: when it closes, whoever
-asked is gone, and so is this process. Lines of JSON on standard output say how far it has come
-(``done``, in steps, and what its controller is ``busy`` with) and how it ended (``finished`` or
+The job comes as one line of JSON on standard input, which then stays open: when it closes, the
+parent is gone, and this process ends. Lines of JSON on standard output report the progress
+(``done``, in steps, and what its controller is ``busy`` with) and the end (``finished`` or
 ``failed``).
 """
 
@@ -25,7 +25,7 @@ from real_bench.parent import end_when
 
 SECONDS_BETWEEN_REPORTS = 0.2
 SECONDS_OF_NO_INTEREST = 1.0
-"""What a controller is busy with for less is not told."""
+"""Shorter activities of a controller are not reported."""
 
 
 class _Channel:
@@ -39,7 +39,7 @@ class _Channel:
         self._lock, self._ended = threading.Lock(), False
 
     def tell(self, **message: Any) -> None:
-        """One line; none after the one that says how it ended."""
+        """Write a line; none after the one that reports the end."""
         with self._lock:
             if not self._ended:
                 self._stream.write(json.dumps(message) + "\n")
@@ -47,7 +47,7 @@ class _Channel:
             self._ended = self._ended or "done" not in message
 
     def report(self, done: int, busy: str = "") -> None:
-        """How many steps are done, but not too often."""
+        """Report how many steps are done, but not too often."""
         self._done, now = done, time.monotonic()
         if now - self._last > SECONDS_BETWEEN_REPORTS:
             self._last = now
@@ -55,7 +55,7 @@ class _Channel:
 
     @contextmanager
     def activity(self, what: str) -> Iterator[None]:
-        """The controller is busy with something, which takes as long as the context."""
+        """Report what the controller is busy with, as long as the context lasts."""
         self._activity = (what, time.monotonic())
         try:
             yield
@@ -63,7 +63,7 @@ class _Channel:
             self._activity = None
 
     def tell_while_busy(self) -> None:
-        """Say what the controller is busy with, as long as it is; never returns."""
+        """Report what the controller is busy with, while it is; never returns."""
         while True:
             time.sleep(SECONDS_OF_NO_INTEREST)
             activity = self._activity
@@ -72,9 +72,9 @@ class _Channel:
 
 
 def main() -> None:
-    """Do what standard input asks for."""
+    """Do the job that comes on standard input."""
     channel = _Channel(os.fdopen(os.dup(1), "w"))
-    os.dup2(2, 1)  # what a controller prints is no message
+    os.dup2(2, 1)  # a controller's prints are not messages
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     job = job_from_json(sys.stdin.readline())

@@ -1,4 +1,4 @@
-"""A recording for others: tables, and datasets of other libraries."""
+"""Export a recording: tables, and datasets of other libraries."""
 
 from real_bench.exporting.formats import FORMATS, Export
 

@@ -1,4 +1,4 @@
-"""The forms that a recording can be exported to."""
+"""The formats that a recording can be exported to."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ OnExport = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Export:
-    """What is to be exported.
+    """What to export.
 
     Attributes:
         recording: open for reading.
         folder: for the files; each appears whole.
-        images: whether images are wanted, where the form can hold any.
+        images: whether to include images, if the format can hold any.
         image_size: width and height to which they are shrunk; None: as recorded.
-        name: of the dataset, where the form has one; None: from the file's name.
+        name: of the dataset, if the format has one; None: from the file's name.
         overwrite: replace what was exported before.
     """
 

@@ -1,8 +1,8 @@
-"""A recording as a dataset of Minari, the format of Gymnasium's people for offline data.
+"""A recording as a Minari dataset, the Farama Foundation's format for offline data.
 
-Each stretch of play that nothing cut is an episode, each action a step of it. Observations are
-those of ``RealBench/REAL-OM-Action-v0`` and its siblings, with the images where they were recorded,
-and no more than the condition lets a controller see.
+Each uninterrupted stretch of play is an episode, each action a step of it. Observations are those
+of ``RealBench/REAL-OM-Action-v0`` and its siblings, with images if they were recorded, and no more
+than the condition lets a controller see.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from real_bench.action_environment import flat_action_space, flat_observation_space
 from real_bench.actions import ACTION_STEPS
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.extras import extra
 from real_bench.files import OutputError, check_folder
@@ -37,7 +38,7 @@ LOWEST = "0.5.4"
 """The first version that keeps images exactly as they are; earlier ones pack them as JPEG."""
 
 ACTIONS_AT_ONCE = 128
-"""Of which the images are held in memory."""
+"""Actions whose images are held in memory."""
 
 _NAME = re.compile(r"([A-Za-z0-9_-]+/)*[A-Za-z0-9_-]+-v\d+")
 
@@ -45,16 +46,16 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def save_minari(export: Export, report: OnExport) -> str:
-    """Write the dataset where Minari looks for it in the folder; returns how to load it.
+    """Write the dataset into the folder as Minari expects it; returns how to load it.
 
     Raises:
         MissingExtraError: Minari is not installed.
-        OutputError: it is there already, or cannot be written.
-        RecordingError: its name is none.
+        OutputError: it exists, or cannot be written.
+        RecordingError: its name is invalid.
     """
     name = export.name or f"realbench/{_plain(export.recording.path.stem)}-v0"
     if not _NAME.fullmatch(name):
-        raise RecordingError(f"a dataset's name is such as realbench/run-v0, not {name!r}")
+        raise RecordingError(f"a dataset's name must look like realbench/run-v0, not {name!r}")
     storages = extra("minari.dataset.minari_storage", "minari", LOWEST)
     place = _free(export.folder.absolute() / name, overwrite=export.overwrite)
     episodes = _Episodes(export.recording, export.images, export.image_size)
@@ -85,7 +86,7 @@ class _Episodes:
         self._condition = Condition.parse(header.condition)
         self._has_images = images and recording.n_images is not None
         if image_size is not None and not self._has_images:
-            raise RecordingError(f"{recording.path}: there are no images to shrink")
+            raise RecordingError(f"{recording.path} has no images to shrink")
         self._table, self._states = recording.to_numpy(), recording.states
         self._poses = recording.object_poses if self._condition.sees_objects else None
         scene = load_scene(header.scene_source)
@@ -103,7 +104,7 @@ class _Episodes:
         )
 
     def write(self, storage: Any, report: OnExport) -> Iterator[int]:
-        """Write one episode after the other, some actions at a time; gives their lengths."""
+        """Write one episode after the other, some actions at a time; yields their lengths."""
         buffers = extra("minari.data_collector", "minari")
         rows = self._recording.transitions
         begun = np.isin(rows["precondition"], fresh_states(self._recording))
@@ -182,20 +183,20 @@ def _metadata(name: str, recording: Recording) -> dict[str, Any]:
         "algorithm_name": header.controller_class,
         "description": (
             f"Free play in the REAL benchmark: {header.controller_class}, {header.condition}, "
-            f"{header.objects} object(s), scene {header.scene} ({header.scene_sha256[:12]}), seed "
-            f"{header.seed}; one action a step, no reward."
+            f"{counted(header.objects, 'object')}, scene {header.scene} "
+            f"({header.scene_sha256[:12]}), seed {header.seed}; one action per step, no reward."
         ),
         "requirements": [f"real-bench=={__version__}"],
     }
 
 
 def _free(place: Path, *, overwrite: bool) -> Path:
-    """A folder that is there, and empty."""
+    """Make an empty folder."""
     if place.exists() and any(place.iterdir()):
         if not overwrite:
             raise OutputError(f"{place} exists: use --overwrite, another --out or another --name")
         if not (place / "data" / "metadata.json").exists():
-            raise OutputError(f"{place} is no dataset of Minari: it is not replaced")
+            raise OutputError(f"{place} is not a Minari dataset, so it is not replaced")
         shutil.rmtree(place)
     check_folder(place, make=True)
     return place

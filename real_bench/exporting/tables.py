@@ -1,4 +1,4 @@
-"""The tables of a recording as CSV or Parquet files, a column a number."""
+"""The tables of a recording as CSV or Parquet files, one column per number."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ Writer = Callable[[Rows], None]
 
 
 def save_csv(export: Export, report: OnExport) -> str:
-    """A CSV file a table: a line of names, then a row a line; numbers to the last digit."""
+    """One CSV file per table: a line of names, then one row per line, with all digits."""
     return _save(export, report, "csv", _csv)
 
 
 def save_parquet(export: Export, report: OnExport) -> str:
-    """A Parquet file a table; raises MissingExtraError without pyarrow."""
+    """One Parquet file per table; raises MissingExtraError without pyarrow."""
     extra("pyarrow.parquet", "parquet")
     return _save(export, report, "parquet", _parquet)
 
 
 def tables_of(recording: Recording) -> dict[str, tuple[int, Callable[[int], Rows]]]:
-    """How many rows each table has, and what reads some of them from a number on."""
+    """The number of rows of each table, and a function that reads some, given the first."""
     states, poses = recording.states, recording.object_poses if recording.has_poses else None
 
     def commands(first: int) -> Rows:

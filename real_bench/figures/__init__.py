@@ -1,7 +1,7 @@
 """The paper's figures (section Results), from recordings and results.
 
 Each file draws one figure: what was recorded goes in, a drawing with its numbers comes out.
-``registry.FIGURES`` names them all; nothing is written but by ``saving``.
+``registry.FIGURES`` names them all; only ``saving`` writes files.
 """
 
 from real_bench.figures.data import FigureData

@@ -62,7 +62,7 @@ class Whereabouts:
 
 
 def whereabouts(play: Play) -> list[Whereabouts]:
-    """Where each object has been between actions; nothing where the scene is not at hand."""
+    """Where each object has been between actions; empty if the scene is not available."""
     region = play.region
     if region is None or len(play.positions) == 0:
         return []
@@ -81,7 +81,7 @@ def whereabouts(play: Play) -> list[Whereabouts]:
 
 
 def draw(material: FigureData) -> Drawing | None:
-    """A heat map an object and recording, seen from above: the robot is below, the shelf above."""
+    """A heat map per object and recording, from above: the robot is below, the shelf above."""
     from matplotlib.colors import LogNorm
 
     found = [one for play in material.plays for one in whereabouts(play)]
@@ -102,7 +102,7 @@ def draw(material: FigureData) -> Drawing | None:
 
 
 def _slimness(found: list[Whereabouts]) -> float:
-    """The most that a map is high for its width."""
+    """The largest ratio of height to width of a map."""
     return max(float(np.ptp(one.covered.x_edges) / np.ptp(one.covered.y_edges)) for one in found)
 
 

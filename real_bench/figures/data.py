@@ -1,4 +1,4 @@
-"""What figures are made of."""
+"""The data of figures."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from real_bench.naming import explores_at_random
 
 @dataclass(frozen=True)
 class FigureData:
-    """Recordings and results; the results are complete, and of the same goals."""
+    """Recordings and results; the results are complete, and on the same goals."""
 
     plays: tuple[Play, ...] = ()
     tested: tuple[Tested, ...] = ()
 
     @property
     def series(self) -> list[Series]:
-        """The results, repetitions of one test together."""
+        """The results, grouped into repetitions of one test."""
         explorers = {
             play.sha256: play.header.controller
             for play in self.plays

@@ -45,7 +45,7 @@ def draw(material: FigureData) -> Drawing | None:
 
 
 def _rows(play: Play) -> dict[str, Column]:
-    """One row a period."""
+    """One row per period."""
     moves = moves_by_period(play.displacements)
     ends = np.minimum(ACTIONS_A_PERIOD * np.arange(1, len(moves) + 1), len(play.displacements))
     return {

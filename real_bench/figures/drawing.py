@@ -35,10 +35,10 @@ class Numbers:
 
     @classmethod
     def stacked(cls, parts: Sequence[tuple[Mapping[str, Any], Mapping[str, Column]]]) -> Numbers:
-        """Tables of the same columns one below the other.
+        """Tables with the same columns, stacked.
 
         Args:
-            parts: for each table what holds for all its rows, and its columns.
+            parts: for each table the values shared by all its rows, and its columns.
         """
         names = [*parts[0][0], *parts[0][1]]
         columns: dict[str, list[Any]] = {name: [] for name in names}
@@ -51,7 +51,7 @@ class Numbers:
         return cls(columns)
 
     def csv(self) -> bytes:
-        """As a CSV file: a line of names, then a row a line; numbers to 12 digits."""
+        """As a CSV file: a line of names, then one row per line; numbers to 12 digits."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
@@ -62,7 +62,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What one figure shows.
+    """A figure and its numbers.
 
     Attributes:
         figure: laid out, not written anywhere.
@@ -73,13 +73,13 @@ class Drawing:
     numbers: Numbers
 
     def __post_init__(self) -> None:
-        with in_style():  # laid out once: matplotlib would move things a little each time
+        with in_style():  # laid out once: matplotlib would shift things slightly each time
             self.figure.draw_without_rendering()
             self.figure.set_layout_engine("none")
 
     @property
     def width_cm(self) -> float:
-        """How wide it is in print."""
+        """Its width in print."""
         return float(self.figure.get_figwidth()) / CM
 
     def png(self) -> bytes:

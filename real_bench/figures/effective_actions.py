@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PANEL_HEIGHT_CM = 5.6
 HEADROOM = 1.3
-"""How much higher than the line of actions a panel is, so that there is room for a note."""
+"""Height of a panel relative to the line of actions, to leave room for a note."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def of_codes(material: FigureData) -> Drawing | None:
 
 
 def passes_1_cm(abstraction: DynamicAbstraction) -> int:
-    """The first level, from 0, at which a threshold is 1 cm or more; L where none is."""
+    """The first level, from 0, at which a threshold is 1 cm or more; L if there is none."""
     return int(levels_below(abstraction, MOVED_M).min())
 
 
@@ -133,7 +133,7 @@ def _mark_1_cm(panel: Axes, levels: Levels) -> None:
 
 
 def _rows(levels: Levels, scale: float, column: str) -> tuple[dict[str, str], dict[str, Column]]:
-    """One row a level and variable."""
+    """One row per level and variable."""
     n_levels, n_variables = levels.abstraction.thresholds.shape
     columns: dict[str, Column] = {
         "level": np.repeat(np.arange(n_levels), n_variables),

@@ -1,4 +1,4 @@
-"""The numbers of recordings and results that are one number each, fit for JSON."""
+"""Single numbers of recordings and results, for JSON."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from real_bench.recording import package_versions
 
 
 def facts(figure_data: FigureData, options: FigureOptions) -> dict[str, Any]:
-    """What was drawn from, and what its figures say in single numbers."""
+    """The sources of the figures, and their single numbers."""
     return {
         "recordings": [_played(play) for play in figure_data.plays],
         "results": [_tested(tested) for tested in figure_data.tested],
@@ -111,5 +111,5 @@ def _correlations(pairs: PairDistances) -> dict[str, float | None]:
 
 
 def _rounded(number: float) -> float | None:
-    """To three digits; None where there is no number."""
+    """Rounded to three digits; None for NaN."""
     return None if math.isnan(number) else round(number, 3)

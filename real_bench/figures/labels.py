@@ -1,4 +1,4 @@
-"""What recordings and results are called in figures."""
+"""Labels of recordings and results in figures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 def distinct(labels: Sequence[str], *details: Sequence[str]) -> list[str]:
-    """Labels made longer, detail by detail, where they are not the only one of their kind.
+    """Labels made unique by adding details one by one where needed.
 
     Args:
         labels: of n things.

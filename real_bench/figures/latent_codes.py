@@ -17,7 +17,7 @@ from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience, Recording
 from real_bench.settings import merged, validated
 
-if TYPE_CHECKING:  # torch is for those who have images
+if TYPE_CHECKING:  # torch is only needed for images
     from real_bench.real_x.latents import Latents
 
 N_PAIRS = 100_000
@@ -31,9 +31,9 @@ class LatentCodes:
 
     Attributes:
         codes: before and after each action that can be planned with.
-        pairs: how far apart states before such actions are, in codes and in metres.
+        pairs: distances of states before such actions, in codes and in metres.
         settings: of eye and VAE.
-        is_recorded: whether the weights are those in the recording; else they were learned now.
+        is_recorded: whether the weights are the recording's; otherwise they were learned now.
     """
 
     codes: Triplets
@@ -46,7 +46,7 @@ def sight_settings(values: Mapping[str, Any]) -> Any:
     """How images are seen and states abstracted: ``eye``, ``vae``, ``abstraction``, as in REAL-LD.
 
     Raises:
-        RealBenchError: there is a setting that is not known, or a bad value.
+        RealBenchError: an unknown setting, or a bad value.
     """
     from real_bench.real_x.latents import SightSettings
 
@@ -64,18 +64,15 @@ def see(
     values: Mapping[str, Any],
     seed: int,
 ) -> LatentCodes | None:
-    """See as the recorded controller does where it has learned to, else as REAL-LD learns to.
+    """Encode images with what the recorded controller learned, or else learn as REAL-LD does.
 
     Args:
         recording: of the experience.
         experience: all of it, or its beginning.
         kept: which actions can be planned with, (k,) row numbers.
         positions: of the objects in every state, (m, n_objects, 3) metres.
-        values: settings of REAL-LD, above those that the recording's weights were learned with.
-        seed: of learning, and of the pairs that are drawn.
-
-    Returns:
-        None where the recording has no images, or fewer than two actions to plan with.
+        values: settings of REAL-LD; they override those of the recording's weights.
+        seed: of learning, and of drawing pairs.
     """
     if recording.n_images is None or len(kept) < 2:
         return None
@@ -86,7 +83,7 @@ def see(
     latents = Latents(settings.eye, settings.vae)
     is_recorded = _recalls(latents, learned, experience.n_states)
     latents.seed(seed)
-    how = "sees with the weights in it" if is_recorded else "learning to see as REAL-LD does"
+    how = "uses the recorded weights" if is_recorded else "learning to see as REAL-LD does"
     log.info("%s: %s", recording.path.name, how)
     triplets = latents.triplets(experience)
     codes = Triplets(triplets.states[kept], triplets.outcomes[kept])
@@ -97,7 +94,7 @@ def see(
 
 
 def _learned(recording: Recording) -> Mapping[str, Any]:
-    """What the recorded controller has learned to see; nothing where that is not for our eye."""
+    """What the recorded controller learned to see; empty if it does not fit our eye."""
     learned = recording.controller_state().get("perception")
     if not isinstance(learned, dict) or not learned.get("vae"):
         return {}
@@ -109,7 +106,7 @@ def _learned(recording: Recording) -> Mapping[str, Any]:
 
 
 def _recalls(latents: Latents, learned: Mapping[str, Any], n_states: int) -> bool:
-    """Whether it could be given what was learned, from as many images as there are."""
+    """Whether it accepts what was learned, from as many images as there are."""
     if not learned:
         return False
     try:

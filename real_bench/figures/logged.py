@@ -19,7 +19,7 @@ MOST_PANELS = 12
 
 
 def draw(material: FigureData) -> Drawing | None:
-    """A panel for each name, all recordings together; of many names the first twelve."""
+    """A panel per name, all recordings together; at most the first twelve names."""
     plays = [play for play in material.plays if len(play.logged)]
     if not plays:
         return None
@@ -48,7 +48,7 @@ def draw(material: FigureData) -> Drawing | None:
 
 
 def _rows(play: Play) -> dict[str, Column]:
-    """One row a number that was logged, of every name."""
+    """One row per logged number, of every name."""
     rows = play.logged
     return {
         "name": [_name(raw) for raw in rows["name"]],

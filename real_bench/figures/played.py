@@ -1,4 +1,4 @@
-"""A recording as the arrays that figures are drawn from."""
+"""A recording as arrays for figures."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
 
 @dataclass(frozen=True)
 class FigureOptions:
-    """What the user may choose.
+    """The user's choices.
 
     Attributes:
-        settings: values for how REAL-LD sees and abstracts; defaults where they are silent.
+        settings: values for how REAL-LD sees and abstracts; the rest are defaults.
         seed: of learning to see, and of the pairs whose distances are compared.
         run_steps: how many of each recording's first steps count; None: all.
 
@@ -54,9 +54,9 @@ class Play:
     """One recording, or its first steps; n actions, of which k can be planned with.
 
     Attributes:
-        label: what it is called in figures.
+        label: its name in figures.
         file, sha256: the recording's name, and hash.
-        header: what it takes to redo it.
+        header: of the recording.
         ended_at: after how many steps each action ended, (n,).
         displacements: how far each action moved each object, (n, n_objects) metres.
         positions: of the objects in every state, (m, n_objects, 3) metres.
@@ -64,7 +64,7 @@ class Play:
         places: x, y of the objects before and after the k actions: what REAL-D plans with.
         sight: what REAL-LD makes of the images; None without images, or with too few.
         levels: of abstraction.
-        region: where goals are drawn in its scene; None where its manifest is not at hand.
+        region: where goals are drawn in its scene; None if its manifest is not available.
     """
 
     label: str
@@ -86,7 +86,7 @@ class Play:
 
 
 def play_labels(paths: Sequence[Path]) -> list[str]:
-    """What recordings are called: by whom and how they were played, and what else it takes."""
+    """Names of recordings: who played and how, and more details where needed."""
     headers = []
     for path in paths:
         with Recording(path) as recording:
@@ -100,7 +100,7 @@ def play_labels(paths: Sequence[Path]) -> list[str]:
 
 
 def read_play(path: Path, label: str, options: FigureOptions) -> Play:
-    """Read a recording; learns to see where it has images, and no weights that fit.
+    """Read a recording; learns to see if it has images but no weights that fit.
 
     Raises:
         RecordingError: it cannot be read, or has fewer steps than asked for.

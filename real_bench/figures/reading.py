@@ -1,4 +1,4 @@
-"""Read what figures are made of."""
+"""Read the data of figures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from real_bench.figures.played import FigureOptions, Play, play_labels, read_pla
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
 Progress = Callable[[int, str], None]
-"""Told how many files are read, and the name of the next."""
+"""Called with the number of files read, and the name of the next."""
 
 log = logging.getLogger(__name__)
 
@@ -22,13 +22,13 @@ def read_figure_data(
     options: FigureOptions,
     progress: Progress = lambda done, name: None,
 ) -> FigureData:
-    """What figures are made of; raises RealBenchError.
+    """The data of figures; raises RealBenchError.
 
     Args:
         recordings: files of intrinsic phases.
-        results: files of extrinsic phases, of the same goals; unfinished ones are not used.
+        results: files of extrinsic phases on the same goals; unfinished ones are not used.
         options: how to see, and how much of the recordings to use.
-        progress: told before each recording.
+        progress: called before each recording.
     """
     tested = _finished([read_tested(file) for file in results])
     plays: list[Play] = []

@@ -26,8 +26,8 @@ class FigureKind:
     Attributes:
         name: also that of its files.
         shows: what it shows, as a caption.
-        needs: without what it cannot be drawn.
-        draw: draws it, or gives None where that is missing.
+        needs: the data that it needs.
+        draw: draws it, or returns None if data is missing.
     """
 
     name: str
@@ -89,13 +89,13 @@ FIGURES = (
     FigureKind(
         "coverage",
         "Where objects have been between actions, on the table and on the shelf",
-        "a recording whose scene's manifest is at hand",
+        "a recording whose scene's manifest is available",
         coverage.draw,
     ),
     FigureKind(
         "logged",
         "Numbers that the controller logged along the intrinsic phase",
-        "a recording whose controller logs numbers of its own (self.log)",
+        "a recording whose controller logs numbers (self.log)",
         logged.draw,
     ),
 )

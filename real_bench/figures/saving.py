@@ -1,4 +1,4 @@
-"""Write figures into a folder: a picture, a drawing for print, and the numbers, for each."""
+"""Write figures into a folder: a picture, a vector drawing and the numbers of each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SUMMARY = "figures.json"
 
 
 def prepare_folder(folder: Path, *, overwrite: bool) -> None:
-    """Make the folder, and find out before any work is done whether it can be written.
+    """Make the folder, and check before any work that it can be written.
 
     Raises:
         OutputError: it holds figures that must not be overwritten, or cannot be written.
@@ -42,7 +42,7 @@ def save_drawing(folder: Path, name: str, drawing: Drawing) -> None:
 
 
 def remove_drawing(folder: Path, name: str) -> None:
-    """Remove what an earlier call has left of a figure that is not drawn now."""
+    """Remove an earlier version of a figure that is not drawn now."""
     for path in paths(folder, name):
         path.unlink(missing_ok=True)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from real_bench.analysis import Floats
+from real_bench.counting import counted
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
 from real_bench.goal_sets.goal import CHALLENGES
@@ -21,11 +22,11 @@ if TYPE_CHECKING:
 
 PANEL_HEIGHT_CM = 4.4
 SPREAD = 0.5
-"""How much of a goal's place on the x axis its scores take."""
+"""The share of a goal's width on the x axis that its scores take."""
 
 
 def draw(material: FigureData) -> Drawing | None:
-    """A panel a controller, its conditions side by side; after the longest play of each."""
+    """A panel per controller, its conditions side by side; after the longest play of each."""
     shown = _longest(material.series)
     if not shown:
         return None
@@ -62,7 +63,7 @@ def draw(material: FigureData) -> Drawing | None:
 
 
 def _longest(series: Sequence[Series]) -> list[Series]:
-    """Of tests that differ only in the length of play, that after the longest."""
+    """Of tests that differ only in the length of play, the one after the longest."""
     longest: dict[tuple[str, str], Series] = {}
     for one in sorted(series, key=lambda one: one.run_steps):
         longest[one.controller, one.condition] = one
@@ -72,7 +73,7 @@ def _longest(series: Sequence[Series]) -> list[Series]:
 def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, sign: style.Sign) -> None:
     runs = len(one.results)
     share = "" if one.results[0].is_complete else f" ({one.results[0].share})"
-    caption = f"{one.condition}: mean {scores.mean():.3f}{share}, {runs} run{'s' * (runs > 1)}"
+    caption = f"{one.condition}: mean {scores.mean():.3f}{share}, {counted(runs, 'run')}"
     panel.vlines(x, 0, scores, color=sign.colour, linewidth=0.8)
     panel.plot(x, scores, sign.marker, color=sign.colour, label=caption, clip_on=False, zorder=3)
     panel.set_ylabel("score")

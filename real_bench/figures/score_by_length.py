@@ -19,7 +19,7 @@ HEIGHT_CM = 5.6
 
 
 def draw(material: FigureData) -> Drawing | None:
-    """A line a controller and condition that was tested after different lengths of play.
+    """A line per controller and condition that was tested after different lengths of play.
 
     Bars are 95% intervals over goals.
     """
@@ -61,13 +61,13 @@ def draw(material: FigureData) -> Drawing | None:
 
 
 def _part(series: Series) -> str:
-    """How much of the goal set was tested, where that is not all of it."""
+    """How much of the goal set was tested, if not all of it."""
     first = series.results[0]
     return "" if first.is_complete else f" ({first.share})"
 
 
 def _rows(tests: list[Series]) -> dict[str, Column]:
-    """One row a length."""
+    """One row per length."""
     lengths, means = score_by_length([result for test in tests for result in test.results])
     intervals = [goals_interval(test.by_goal, test.classes) for test in tests]
     return {

@@ -1,4 +1,4 @@
-"""How all figures look: sizes for print, and signs that need no colour to be told apart."""
+"""The style of all figures: sizes for print, and line styles that differ without colour."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ MILLION = 1_000_000
 
 GREY = "#767676"
 HEAT = "viridis"
-"""A map of colours that grows lighter all the way, for the colour-blind and for grey print."""
+"""A colour map of increasing lightness, for the colour-blind and for grey print."""
 
 ROOM_FOR_LETTERS = 20
-"""How long a text may be for two of them to stand in a legend as wide as a column."""
+"""Longest text of which two fit side by side in a legend as wide as a column."""
 
 LEGEND_ROW_CM, X_LABEL_CM = 0.48, 0.9
 
@@ -56,7 +56,7 @@ _SETTINGS: dict[Any, Any] = {
     "legend.columnspacing": 1.2,
     "figure.constrained_layout.h_pad": 0.04,
     "figure.constrained_layout.w_pad": 0.04,
-    "text.parse_math": False,  # a file may be called anything
+    "text.parse_math": False,  # a file name may hold anything
     "svg.hashsalt": "realbench",
 }
 
@@ -81,7 +81,7 @@ def sign(number: int) -> Sign:
 
 @contextmanager
 def in_style() -> Iterator[None]:
-    """Draw in our style whatever the user has set for matplotlib, and leave that as it was."""
+    """Draw in our style, whatever the user's matplotlib settings, and leave those unchanged."""
     import matplotlib as mpl
 
     with mpl.rc_context():
@@ -91,7 +91,7 @@ def in_style() -> Iterator[None]:
 
 
 def panels(count: int, height_cm: float, **options: Any) -> tuple[Figure, list[Axes]]:
-    """A figure of so many panels: one fits a column of print, more fill a page, two a row.
+    """A figure of ``count`` panels: one fits a column of print; more fill a page, two per row.
 
     Args:
         count: of panels.
@@ -118,7 +118,7 @@ def count_upward(panel: Axes) -> None:
 
 
 def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
-    """One legend for all panels, for which the figure grows."""
+    """One legend for all panels; the figure grows to hold it."""
     n_columns = 2 if figure.get_figwidth() < PAGE_CM * CM else 4
     if max(len(str(handle.get_label())) for handle in handles) > ROOM_FOR_LETTERS:
         n_columns //= 2
@@ -128,7 +128,7 @@ def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
 
 
 def heat_bar(figure: Figure, drawn: Any, **options: Any) -> None:
-    """What the colours of counts mean; ``options`` are those of ``Figure.colorbar``.
+    """A colour bar for counts; ``options`` are those of ``Figure.colorbar``.
 
     Its numbers are written out: exponents would be too small to read in print.
     """
@@ -140,7 +140,7 @@ def heat_bar(figure: Figure, drawn: Any, **options: Any) -> None:
 
 
 def rows(count: int, height_cm: float) -> tuple[Figure, list[Axes]]:
-    """A figure of so many panels one below the other, as wide as a page, with one x axis."""
+    """A figure of ``count`` panels, one below the other, as wide as a page, with one x axis."""
     from matplotlib.figure import Figure
 
     size = (PAGE_CM * CM, (count * height_cm + X_LABEL_CM) * CM)

@@ -1,4 +1,4 @@
-"""Results as figures compare them: repetitions of one test together, different tests apart."""
+"""Results grouped for figures: repetitions of one test together, different tests apart."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.analysis import scores_by_goal
+from real_bench.counting import counted
 from real_bench.errors import ResultError
 from real_bench.files import file_sha256
 from real_bench.naming import shareable_name, shown_name
@@ -37,7 +38,7 @@ class Series:
     """Results of one test repeated: only the recordings and seeds may differ.
 
     Attributes:
-        controller: what it is called in figures.
+        controller: its name in figures.
         condition: two letters, as in the paper.
         run_steps: the length of play before the test.
         results: at least one.
@@ -145,4 +146,4 @@ def _trials(result: Result) -> tuple[str, int, tuple[int, ...]]:
 
 def _told(trials: tuple[str, int, tuple[int, ...]]) -> str:
     goals_sha256, steps, goals = trials
-    return f"{len(goals)} goals of set {goals_sha256[:8]}, {steps:,} steps each"
+    return f"{counted(len(goals), 'goal')} of set {goals_sha256[:8]}, {steps:,} steps each"

@@ -1,8 +1,8 @@
-"""Goal sets as files: one structured numpy array, a row a goal.
+"""Goal sets as files: one structured numpy array, one row per goal.
 
 ``np.load(path, allow_pickle=False)`` opens one anywhere. Images are PNGs in fields of fixed size,
-zeros after their end. What holds for the whole set is repeated in every row, and every row
-carries a hash, so that rows may be taken out (``np.save(out, rows[:10])``) but not altered.
+padded with zeros. What holds for the whole set is repeated in every row, and every row carries a
+hash, so rows may be taken out (``np.save(out, rows[:10])``) but not altered.
 """
 
 from __future__ import annotations
@@ -101,22 +101,22 @@ def _encoded_images(goal: Goal) -> tuple[bytes, bytes, bytes]:
 
 
 def _read_rows(path: Path) -> _Rows:
-    """The rows, once the header agrees with the size of the file and with what we write."""
+    """The rows, after the header is found to fit the file's size and our format."""
     if path.suffix == ".npz":
-        raise GoalSetError("an official .npz is read with `realbench goals import`")
+        raise GoalSetError("this is an .npz: convert official goals with `realbench goals import`")
     n_bytes = path.stat().st_size
     if n_bytes > MAX_FILE_BYTES:
-        raise GoalSetError(f"it has {n_bytes} bytes, more than {MAX_FILE_BYTES}")
+        raise GoalSetError(f"it has {n_bytes} bytes, at most {MAX_FILE_BYTES} are read")
     with path.open("rb") as stream:
         header = read_npy_header(stream)
         if header.dtype.hasobject:
-            raise GoalSetError("it holds pickled Python objects, which could run code")
+            raise GoalSetError("it holds pickled Python objects, which could run code: refused")
         if len(header.shape) != 1 or header.shape[0] < 1:
             raise GoalSetError(f"it holds an array of shape {header.shape}, not rows")
         declared = header.shape[0] * header.dtype.itemsize
         if declared != n_bytes - stream.tell():
             raise GoalSetError(
-                f"it declares {declared} bytes and holds {n_bytes - stream.tell()}: "
+                f"it declares {declared} bytes but holds {n_bytes - stream.tell()}: "
                 "it was cut short or altered"
             )
         _check_rows_have_format(header.dtype)
@@ -134,10 +134,10 @@ def _check_rows_have_format(dtype: np.dtype[Any]) -> None:
 
 def _check_format(rows: _Rows) -> None:
     if (rows["format"] != FORMAT).any():
-        raise GoalSetError(f"it does not say {FORMAT!r}")
+        raise GoalSetError(f"its format is not {FORMAT!r}")
     if (rows["version"] != VERSION).any():
         raise GoalSetError(
-            f"it is of version {rows['version'].max()}, this realbench reads {VERSION}: "
+            f"it has version {rows['version'].max()}, this realbench reads {VERSION}: "
             "use the realbench that wrote it"
         )
     names = rows.dtype.names or ()
@@ -165,7 +165,7 @@ def _goal_set(rows: _Rows) -> GoalSet:
 
 
 def _check_images(rows: _Rows) -> None:
-    """All images are of one size and fit in memory, found before any is decoded."""
+    """Check that all images have one size and fit in memory, before any is decoded."""
     headers = {read_png_header(bytes(row[field])) for row in rows for field in IMAGE_FIELDS}
     sizes = {(header.height, header.width) for header in headers}
     if len(sizes) != 1:
@@ -192,6 +192,6 @@ def _check_untouched(goal_set: GoalSet, rows: _Rows) -> None:
     for index, (row, goal) in enumerate(zip(rows, goal_set.goals, strict=True)):
         for field, value in _whole_set_fields(goal_set).items():
             if (row[field] != value).any() if field == "objects" else row[field] != value:
-                raise GoalSetError(f"goal {index} gives another {field} than goal 0")
+                raise GoalSetError(f"goal {index} has another {field} than goal 0")
         if row["row_sha256"] != _row_sha256(goal_set, goal):
             raise GoalSetError(f"goal {index} does not match its hash: it was altered")

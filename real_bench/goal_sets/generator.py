@@ -1,23 +1,23 @@
 """Goals drawn by the rules of the official sets.
 
 Each state, start and goal alike, is drawn, dropped and left to settle. Where the official rules
-are silent, we read them so:
+are silent, we interpret them as follows:
 
 - Distances between objects are between their centres in 3D; a start is apart from its goal in
-  x, y. All of them are held to before and after settling.
+  x, y. All distances are respected before and after settling.
 - An object is on the shelf where it has come to rest beyond ``shelf_drop_from_x``: nothing that
   stands on the table reaches beyond that line. A 2D goal has no object there, in the start or
   in the goal; a 2.5D or 3D goal has at least one, in either.
 - Drift of a fixed orientation is the length of the difference of the two quaternions (of the
   nearer sign), from the orientation in which the scene starts the object.
-- A draw is given up where it does not settle in time, or an object fell off and was put back.
+- A draw is given up if it does not settle in time, or if an object fell off and was put back.
 
 One rule is ours. In a 3D draw an object may balance on an edge for as long as settling is watched
 (about one such state in 300), and a trial would begin with its fall. So what settled in a 3D draw
 must also stay where it is when a trial begins from there.
 
 Every settling begins in a fresh world, and every goal has random numbers of its own: the k-th goal
-of a class is the same whatever else is drawn with the same seed, scene and number of objects.
+of a class is the same, whatever else is drawn with the same seed, scene and number of objects.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ import numpy as np
 from numpy.random import Generator, SeedSequence
 from numpy.typing import NDArray
 
+from real_bench.counting import counted
 from real_bench.errors import GoalSetError, PhysicsError
 from real_bench.goal_sets.goal import CHALLENGES, LARGEST_SEED, Goal, GoalSet, check_size
 from real_bench.simulation import HOME, Scene, Simulation
@@ -65,10 +66,10 @@ def generate_goal_set(
     """Draw goals, in the order 2D, 2.5D, 3D.
 
     Args:
-        scene: where; its manifest says in which region.
+        scene: the scene; its manifest gives the region.
         n_objects: how many of the scene's objects.
         seed: the same seed gives the same goals.
-        counts: how many of each challenge; one that is not named has none.
+        counts: how many of each challenge; 0 for those not named.
         progress: called with the number of goals done and of all goals, after each.
 
     Raises:
@@ -118,10 +119,10 @@ class _Drawing:
                 continue
             if self._suits(start, end):
                 return self._seen(start, end)
-        raise GoalSetError(f"{self._whose()}: no {MAX_SETTLINGS} draws settled as they should")
+        raise GoalSetError(f"{self._whose()}: none of {MAX_SETTLINGS} draws settled as required")
 
     def _draw(self) -> tuple[Poses, Poses]:
-        """Poses to drop from that respect the distances already."""
+        """Poses to drop from; they already respect the distances."""
         for _ in range(MAX_DRAWS):
             start, end = self._drop_poses(), self._drop_poses()
             if self._are_apart(start) and self._are_apart(end) and self._suits(start, end):
@@ -131,7 +132,7 @@ class _Drawing:
     def _whose(self) -> str:
         return (
             f"scene {self._simulation.scene.name} has no {self._challenge} goal "
-            f"for {len(self._rest)} objects within its goal region"
+            f"for {counted(len(self._rest), 'object')} within its goal region"
         )
 
     def _drop_poses(self) -> Poses:
@@ -146,7 +147,7 @@ class _Drawing:
         return np.column_stack([x, y, z, orientations])
 
     def _settled(self, poses: Poses) -> Poses | None:
-        """Where objects dropped from these poses come to rest; None where that will not do."""
+        """Where objects dropped from these poses come to rest; None if that is not acceptable."""
         try:
             settled = _settle(self._simulation, poses)
         except PhysicsError:  # objects of a 3D draw may begin inside one another
@@ -181,7 +182,7 @@ class _Drawing:
 
 
 def _settle(simulation: Simulation, poses: Poses) -> Poses | None:
-    """Where objects dropped from these poses come to rest; None where they do not, or fall off."""
+    """Where objects dropped from these poses come to rest; None if they do not, or fall off."""
     simulation.reset(poses)
     now, n_quiet = poses, 0
     for _ in range(MAX_STEPS):
@@ -218,14 +219,14 @@ def _quaternion_distance(a: Quaternions, b: Quaternions) -> NDArray[np.float64]:
 
 
 def _random_quaternions(rng: Generator, count: int) -> Quaternions:
-    """Orientations evenly spread over all that there are."""
+    """Uniformly distributed orientations."""
     quaternions = rng.normal(size=(count, 4))
     unit: Quaternions = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     return unit
 
 
 def _check_request(scene: Scene, seed: int, counts: Mapping[str, int]) -> None:
-    """Find what cannot be done before anything is simulated."""
+    """Refuse impossible requests before anything is simulated."""
     if unknown := set(counts) - set(CHALLENGES):
         raise GoalSetError(
             f"unknown challenge {min(unknown)!r}: use one of {', '.join(CHALLENGES)}"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ LARGEST_BODY_ID = 254  # a mask must fit in eight bits beside "no body"
 LARGEST_SEED = 2**63 - 1
 UNKNOWN_SEED = -1
 SECRET = "-secret"
-"""Ends the name of the generator of goals that are to be kept secret."""
-MAX_PIXELS = 2**26  # of all goals together; their three images take ten bytes a pixel
+"""Suffix of the generator's name for secret goals."""
+MAX_PIXELS = 2**26  # of all goals together; their three images take ten bytes per pixel
 QUATERNION_TOLERANCE = 1e-3
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,31}")
@@ -37,7 +38,7 @@ _SHA256 = re.compile(r"[0-9a-f]{64}")
 
 @dataclass(frozen=True, eq=False)
 class Goal:
-    """From which poses to which poses the objects are to be brought, and how both look.
+    """The poses from and to which the objects are to be moved, and images of both.
 
     The arrays are copied and made read-only.
 
@@ -85,7 +86,7 @@ class Goal:
 
     @property
     def sha256(self) -> str:
-        """A hash of all it says, the same whatever file it came from."""
+        """A hash of its content, independent of the file."""
         digest = hashlib.sha256(f"{self.challenge} {self.n_objects} {self.mask.shape}".encode())
         for poses in (self.initial_poses, self.final_poses):
             digest.update(poses.astype("<f8").tobytes())
@@ -108,8 +109,8 @@ class GoalSet:
         object_names: the objects that the rows of every goal's poses describe.
         scene: the name of the scene the goals were made in.
         scene_sha256: that scene's hash (:attr:`real_bench.simulation.Scene.sha256`).
-        generator: what made the goals, with its version, such as ``realbench-1``.
-        seed: the seed they were drawn from; -1 where it is not known.
+        generator: what made the goals, with its version, e.g. ``realbench-1``.
+        seed: the seed they were drawn from; -1 if unknown.
 
     Raises:
         GoalSetError: the goals do not fit together, or a value is malformed.
@@ -133,7 +134,7 @@ class GoalSet:
         for index, goal in enumerate(self.goals):
             if goal.n_objects != self.n_objects:
                 raise GoalSetError(
-                    f"goal {index} places {goal.n_objects} objects, "
+                    f"goal {index} places {counted(goal.n_objects, 'object')}, "
                     f"but the set names {self.n_objects}"
                 )
             if goal.mask.shape != shape:
@@ -149,7 +150,7 @@ class GoalSet:
 
     @property
     def is_secret(self) -> bool:
-        """Whether it was drawn to be kept secret until it is opened."""
+        """Whether it is secret until it is opened."""
         return self.generator.endswith(SECRET)
 
     @property
@@ -175,7 +176,7 @@ class GoalSet:
 
     @property
     def sha256(self) -> str:
-        """A hash of all it says, the same however its file is compressed."""
+        """A hash of its content, independent of the file's compression."""
         content = {**self.facts, "goals": [goal.sha256 for goal in self.goals]}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -183,8 +184,9 @@ class GoalSet:
         """Raise GoalSetError unless made for this very scene and number of objects."""
         if n_objects != self.n_objects:
             raise GoalSetError(
-                f"the goals are for {self.n_objects} objects ({', '.join(self.object_names)}), "
-                f"the run has {n_objects}: use --objects {self.n_objects}, or other goals"
+                f"the goals are for {counted(self.n_objects, 'object')} "
+                f"({', '.join(self.object_names)}), the run has {n_objects}: "
+                f"use --objects {self.n_objects}, or other goals"
             )
         if scene.sha256 != self.scene_sha256:
             raise GoalSetError(
@@ -201,14 +203,14 @@ class GoalSet:
         if len(set(self.object_names)) < len(self.object_names) or not self.object_names:
             raise GoalSetError(f"objects {', '.join(self.object_names) or 'none'}: name each once")
         if not UNKNOWN_SEED <= self.seed <= LARGEST_SEED:
-            raise GoalSetError(f"seed {self.seed}: use 0 to 2**63 - 1, or -1 where it is unknown")
+            raise GoalSetError(f"seed {self.seed}: use 0 to 2**63 - 1, or -1 if unknown")
 
 
 def check_size(n_goals: int, height: int, width: int) -> None:
-    """Raise GoalSetError where so many goals with such images would not fit in memory."""
+    """Raise GoalSetError if so many goals with such images would not fit in memory."""
     if n_goals * height * width > MAX_PIXELS:
         raise GoalSetError(
-            f"{n_goals} goals with images of {width}x{height} are too many: "
+            f"{counted(n_goals, 'goal')} with images of {width}x{height}: too many, "
             f"at most {MAX_PIXELS // (height * width)} fit"
         )
 
@@ -216,7 +218,7 @@ def check_size(n_goals: int, height: int, width: int) -> None:
 def _checked_poses(name: str, value: ArrayLike) -> NDArray[np.float64]:
     poses = np.array(value, dtype=np.float64)
     if poses.ndim != 2 or poses.shape[0] < 1 or poses.shape[1] != 7:
-        raise GoalSetError(f"{name} are of shape {poses.shape}: it must be (n_objects, 7)")
+        raise GoalSetError(f"{name} have shape {poses.shape}, not (n_objects, 7)")
     if not np.isfinite(poses).all():
         raise GoalSetError(f"{name} must be finite: {poses.tolist()}")
     with np.errstate(over="ignore"):  # a length beyond all numbers is refused like any other

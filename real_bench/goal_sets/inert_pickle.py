@@ -1,9 +1,9 @@
 """Pickles read as data: nothing that a pickle names is ever imported, called or changed.
 
 A pickle is a program for a small stack machine. This machine knows only the instructions that
-describe data. Where a pickle asks to call something, it writes down what was to be called
-(:class:`Made`) and leaves it to the reader to make sense of it; so there is nothing to abuse,
-not even the attributes of a class that is allowed.
+describe data. If a pickle asks to call something, the machine only notes the call
+(:class:`Made`) and leaves its interpretation to the reader; so there is nothing to abuse, not
+even the attributes of an allowed class.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Name:
 
 @dataclass(repr=False, eq=False)
 class Made:
-    """What a pickle would have made by calling something, and the state to give it then."""
+    """A call that a pickle asked for, and the state that its result would get."""
 
     by: Name
     arguments: tuple[Any, ...]
@@ -165,5 +165,5 @@ def _instructions(data: bytes) -> Iterator[tuple[str, Any]]:
 
 def _expect(value: Any, kind: type[Any]) -> Any:
     if type(value) is not kind:
-        raise GoalSetError(f"its pickle has {type(value).__name__} in place of {kind.__name__}")
+        raise GoalSetError(f"its pickle has {type(value).__name__} instead of {kind.__name__}")
     return value

@@ -18,7 +18,7 @@ _READERS = {
 
 @dataclass(frozen=True)
 class NpyHeader:
-    """What a .npy file says that it holds."""
+    """What a .npy file declares."""
 
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
@@ -34,9 +34,9 @@ def read_npy_header(stream: BinaryIO) -> NpyHeader:
         version = np.lib.format.read_magic(stream)
         shape, _, dtype = _READERS[version](stream)
     except Exception as error:
-        # numpy evaluates a literal and builds a dtype from it: made with malice, that may raise
-        # nearly anything (SyntaxError, RecursionError, MemoryError, TokenError, TypeError, ...).
-        raise GoalSetError(f"it does not begin like a .npy file ({_short(error)})") from error
+        # numpy evaluates a literal and builds a dtype from it: a malicious one may raise nearly
+        # anything (SyntaxError, RecursionError, MemoryError, TokenError, TypeError, ...).
+        raise GoalSetError(f"it is not a .npy file ({_short(error)})") from error
     return NpyHeader(shape, dtype)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet, check_size
 from real_bench.goal_sets.inert_pickle import Made, read_pickle
@@ -36,7 +37,7 @@ _BYTE_ORDERS = frozenset({"<", ">", "|", "="})
 
 
 def import_official(path: str | Path, scene: Scene) -> GoalSet:
-    """Read an official goal file, such as ``official-2-objects.npz``.
+    """Read an official goal file, e.g. ``official-2-objects.npz``.
 
     Args:
         path: an .npz that holds one pickled array of the official package's goals.
@@ -66,16 +67,18 @@ def import_official(path: str | Path, scene: Scene) -> GoalSet:
 def _unzipped(path: Path) -> bytes:
     """The only member of the .npz, once its declared size is found to be modest."""
     if path.stat().st_size > MAX_BYTES:
-        raise GoalSetError(f"it has {path.stat().st_size} bytes, more than {MAX_BYTES}")
+        raise GoalSetError(f"it has {path.stat().st_size} bytes, at most {MAX_BYTES} are read")
     try:
         with zipfile.ZipFile(path) as archive:
             members = archive.infolist()
             if len(members) != 1 or not members[0].filename.endswith(".npy"):
-                raise GoalSetError(f"it has {len(members)} members, not one .npy")
+                raise GoalSetError(f"it has {counted(len(members), 'member')}, not one .npy")
             if members[0].file_size > MAX_BYTES:
-                raise GoalSetError(f"it unpacks to {members[0].file_size} bytes, over {MAX_BYTES}")
+                raise GoalSetError(
+                    f"it unpacks to {members[0].file_size} bytes, at most {MAX_BYTES} are read"
+                )
             if members[0].compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                raise GoalSetError("it is compressed by another method than numpy's")
+                raise GoalSetError("it is compressed with a method that numpy does not use")
             return archive.read(members[0])
     except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         raise GoalSetError(f"its zip archive cannot be read ({error})") from error
@@ -96,7 +99,7 @@ def _object_array(content: bytes) -> list[Any]:
 
 def _fields(goal: Any) -> dict[str, Any]:
     if not isinstance(goal, Made) or goal.by.text != _GOAL or not isinstance(goal.state, dict):
-        raise GoalSetError("it holds something else than goals")
+        raise GoalSetError("it holds something other than goals")
     wanted = ("challenge", "initial_state", "final_state", "retina_before", "retina", "mask")
     missing = [name for name in wanted if name not in goal.state]
     if missing:
@@ -151,7 +154,7 @@ def _challenge(value: Any) -> str:
 def _poses(state: dict[str, Any], names: tuple[str, ...]) -> NDArray[np.float64]:
     poses = [_array(state[name], 1) for name in names]
     if any(len(pose) != 7 for pose in poses):
-        raise GoalSetError(f"poses of {[len(pose) for pose in poses]} numbers, not 7")
+        raise GoalSetError(f"poses have {[len(pose) for pose in poses]} numbers, not 7")
     return np.array(poses, dtype=np.float64)
 
 
@@ -161,17 +164,17 @@ def _array(value: Any, n_dimensions: int) -> NDArray[Any]:
     number_type = _number_type(dtype)
     dimensions = isinstance(shape, tuple) and all(type(n) is int and n >= 0 for n in shape)
     if not dimensions or len(shape) != n_dimensions:
-        raise GoalSetError(f"an array has not {n_dimensions} dimensions")
+        raise GoalSetError(f"an array is not {n_dimensions}-dimensional")
     if not isinstance(data, bytes) or len(data) != math.prod(shape) * number_type.itemsize:
         raise GoalSetError("an array holds more or fewer bytes than it declares")
     return np.frombuffer(data, number_type).reshape(shape, order="F" if fortran is True else "C")
 
 
 def _array_state(value: Any) -> tuple[Any, ...]:
-    """What numpy would set an array to: version, shape, dtype, Fortran order, data."""
+    """The state that numpy would give an array: version, shape, dtype, Fortran order, data."""
     is_array = isinstance(value, Made) and value.by.text in _RECONSTRUCT
     if not is_array or not isinstance(value.state, tuple) or len(value.state) != 5:
-        raise GoalSetError("something else in place of an array")
+        raise GoalSetError("something other than an array where one was expected")
     return value.state
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from real_bench.counting import counted
 from real_bench.goal_sets.goal import NO_BODY, GoalSet
 
 MARGIN = 8
@@ -33,7 +34,8 @@ def contact_sheet(goal_set: GoalSet) -> Image.Image:
         for index, goal in enumerate(goal_set.goals)
     ]
     title = (
-        f"{len(goal_set)} goals, {goal_set.n_objects} objects, scene {goal_set.scene}, "
+        f"{counted(len(goal_set), 'goal')}, {counted(goal_set.n_objects, 'object')}, "
+        f"scene {goal_set.scene}, "
         f"{goal_set.generator}, seed {goal_set.seed}"
     )
     return _titled(title, _grid(pairs))
@@ -63,7 +65,7 @@ def box_of_bodies(masks: Sequence[NDArray[np.int32]]) -> Box:
 
 
 def thumbnail(image: _Retina, box: Box) -> Image.Image:
-    """That part of a camera image, (height, width, 3) uint8, in the width of all thumbnails."""
+    """A part of a camera image, (height, width, 3) uint8, scaled to the width of thumbnails."""
     shown = Image.fromarray(image).crop(box)
     size = (THUMBNAIL_WIDTH, max(1, round(shown.height * THUMBNAIL_WIDTH / shown.width)))
     return shown.resize(size, Image.Resampling.LANCZOS)

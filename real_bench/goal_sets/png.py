@@ -1,4 +1,4 @@
-"""Images as PNG, without loss, and back again without trusting what is read."""
+"""Images to PNG, without loss, and back, without trusting what is read."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _START = struct.Struct(">8sI4sIIBBBBB")
 
 @dataclass(frozen=True)
 class PngHeader:
-    """What a PNG declares: its size, and Pillow's mode (``L`` or ``RGB``, 8 bits a channel)."""
+    """What a PNG declares: its size, and Pillow's mode (``L`` or ``RGB``, 8 bits per channel)."""
 
     width: int
     height: int
@@ -40,7 +40,7 @@ def read_png_header(data: bytes) -> PngHeader:
     """What a PNG declares, read without decoding any of it.
 
     Raises:
-        GoalSetError: it is no PNG, of another kind than :func:`encode_png` writes, or too large.
+        GoalSetError: it is not a PNG, not of the kind that :func:`encode_png` writes, or too large.
     """
     if len(data) < _START.size:
         raise GoalSetError("an image is not a PNG")
@@ -52,12 +52,12 @@ def read_png_header(data: bytes) -> PngHeader:
             f"an image has {depth} bits, colour type {colour}: use 8-bit RGB or grey"
         )
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
-        raise GoalSetError(f"an image declares {width}x{height}: use at most {MAX_SIDE} a side")
+        raise GoalSetError(f"an image declares {width}x{height}: use at most {MAX_SIDE} per side")
     return PngHeader(width, height, _MODES[colour])
 
 
 def decode_png(data: bytes) -> NDArray[np.uint8]:
-    """Decode what :func:`encode_png` made; zeros after its end do no harm.
+    """Decode what :func:`encode_png` made; zeros after its end are ignored.
 
     Raises:
         GoalSetError: it is damaged, or see :func:`read_png_header`.
@@ -70,5 +70,5 @@ def decode_png(data: bytes) -> NDArray[np.uint8]:
     except (OSError, SyntaxError, ValueError, EOFError, struct.error, zlib.error) as error:
         raise GoalSetError(f"an image is damaged ({error})") from error
     if mode != header.mode or pixels.shape[:2] != (header.height, header.width):
-        raise GoalSetError("an image is not what its header declares")
+        raise GoalSetError("an image does not fit its header")
     return pixels

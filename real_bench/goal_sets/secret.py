@@ -26,10 +26,10 @@ Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class Opening(BaseModel):
-    """What is kept from everyone until the goals may be known.
+    """The opening of a commitment, secret until the goals may be known.
 
     Attributes:
-        seed: that the goals are drawn from.
+        seed: of the goals.
         salt: 256 random bits.
         goals_sha256: hash of the set.
     """
@@ -42,19 +42,19 @@ class Opening(BaseModel):
 
     @property
     def commitment(self) -> str:
-        """What may be published before: it fixes the goals and tells nothing of them."""
+        """A hash that may be published before: it fixes the goals and reveals nothing of them."""
         content = f"realbench goals {self.goals_sha256} {self.seed} {self.salt}"
         return hashlib.sha256(content.encode()).hexdigest()
 
     def check(self, goal_set: GoalSet, commitment: str) -> None:
         """Raise GoalSetError unless it opens this commitment, for this set."""
         if self.commitment != commitment.strip().lower():
-            raise GoalSetError(f"this opening is of another commitment: {self.commitment}")
+            raise GoalSetError(f"this opening belongs to another commitment: {self.commitment}")
         if self.goals_sha256 != goal_set.sha256:
             raise GoalSetError("these are not the goals that were committed to")
 
     def to_json(self) -> str:
-        """As it is kept, and published in the end."""
+        """The content of its file."""
         return json.dumps({**self.model_dump(), "commitment": self.commitment}, indent=1) + "\n"
 
 
@@ -64,7 +64,7 @@ def draw_secret_goals(
     counts: Mapping[str, int] = OFFICIAL_COUNTS,
     progress: Callable[[int, int], None] = lambda n_done, n_goals: None,
 ) -> tuple[GoalSet, Opening]:
-    """Draw goals from a seed that nobody can guess; gives them without it, and their opening."""
+    """Draw goals from an unguessable seed; returns them without it, and their opening."""
     seed = secrets.randbelow(2**63)
     goal_set = _without_seed(generate_goal_set(scene, n_objects, seed, counts, progress))
     return goal_set, Opening(seed=seed, salt=secrets.token_hex(32), goals_sha256=goal_set.sha256)
@@ -76,7 +76,7 @@ def drawn_again(
     scene: Scene,
     progress: Callable[[int, int], None] = lambda n_done, n_goals: None,
 ) -> bool:
-    """Whether the opened seed gives the same goals: nobody chose them."""
+    """Whether the opened seed gives the same goals, so that nobody chose them."""
     drawn = generate_goal_set(scene, goal_set.n_objects, opening.seed, goal_set.counts, progress)
     return _without_seed(drawn).sha256 == goal_set.sha256
 
@@ -90,11 +90,11 @@ def read_opening(path: Path) -> Opening:
     except FileNotFoundError as error:
         raise GoalSetError(f"opening not found: {path}") from error
     except ValidationError as error:
-        raise GoalSetError(f"{path} is no opening: {faults(error)}") from error
+        raise GoalSetError(f"{path} is not an opening: {faults(error)}") from error
     except (ValueError, AttributeError, TypeError) as error:
-        raise GoalSetError(f"{path} is no opening: {error}") from error
+        raise GoalSetError(f"{path} is not an opening: {error}") from error
     if commitment != opening.commitment:
-        raise GoalSetError(f"{path} was altered: its commitment is not that of its content")
+        raise GoalSetError(f"{path} was altered: its commitment does not match its content")
     return opening
 
 

@@ -1,4 +1,4 @@
-"""Which goals are tested where not all of a set are."""
+"""Which goals to test when only a part of a set is tested."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from real_bench.goal_sets.goal import CHALLENGES
 
 
 def goals_in_proportion(classes: Sequence[str], n_goals: int) -> tuple[int, ...]:
-    """The numbers of so many goals, of all classes in proportion.
+    """The numbers of ``n_goals`` goals, each class in proportion.
 
-    They depend on nothing else, and fewer are always some of more: a test of five goals goes on to
-    ten. Each goal of a class stands for an equal share of it, and the goals whose shares have their
-    middle first are taken first; of those that tie, the paper's first class, then the lower number.
+    They depend on nothing else, and a smaller selection is part of every larger one: a test of
+    five goals can continue to ten. Each goal of a class stands for an equal share of it, and goals
+    are taken in the order of the middles of their shares; ties go to the paper's first class, then
+    to the lower number.
 
     Args:
         classes: of every goal of the set.

@@ -1,4 +1,4 @@
-"""What a controller is busy with while nothing is simulated, told to whoever watches."""
+"""What a controller is busy with while nothing is simulated, reported to watchers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LEARNING, PLANNING = "learning", "planning"
 
 
 class Activity(Protocol):
-    """Told what a controller is busy with, as a context manager that lasts as long as that."""
+    """Called with what a controller is busy with; gives a context that lasts as long."""
 
     def __call__(self, what: str, /) -> AbstractContextManager[object]:
         """The controller is busy with this."""

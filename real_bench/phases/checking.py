@@ -1,4 +1,4 @@
-"""Whether a controller will do, found out in a second: before hours of play."""
+"""Find out in a second, before hours of play, whether a controller works."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ SEED = 0
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was tried.
+    """The outcome of one check.
 
     Attributes:
-        what: was tried.
-        good: whether it went well.
-        detail: what came of it.
+        what: what was checked.
+        good: whether it passed.
+        detail: the outcome in a few words.
     """
 
     what: str
@@ -40,7 +40,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class ControllerCheck:
-    """A controller that is to be looked at.
+    """A controller to be checked.
 
     Attributes:
         controller: name, ``module:Class`` or file.
@@ -57,7 +57,7 @@ class ControllerCheck:
     backend: ControllerBackend
 
     def findings(self) -> Iterator[Finding]:
-        """Try one thing after the other, up to the first that goes wrong."""
+        """Run one check after the other, up to the first that fails."""
         try:
             identity = self.backend.identity(self.controller, self.settings)
             yield Finding("loads", True, f"{identity}, {_level(identity)}")
@@ -75,10 +75,10 @@ class ControllerCheck:
             first = at_play(proxy, task).play(N_STEPS)
             yield Finding("plays", True, f"{first.duration} steps")
             if identity.learns_across_trials:
-                yield Finding("copies", True, "not needed: it meets all goals in order")
+                yield Finding("copies", True, "not needed: one controller meets all goals in order")
             else:
                 proxy.copy().close()
-                yield Finding("copies", True, "each goal meets a copy of its own")
+                yield Finding("copies", True, "each goal gets its own copy")
             yield self._state(task, proxy, identity)
 
     def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
@@ -86,7 +86,7 @@ class ControllerCheck:
             how = (
                 "learns from the recording"
                 if identity.learns_from_experience
-                else "hands none over"
+                else "has none to hand over"
             )
             return Finding("state", True, how)
         structure, arrays = strip_state(proxy.get_state())
@@ -94,7 +94,11 @@ class ControllerCheck:
             other.set_state(restore_state(structure, lambda number: arrays[number]))
             again, others = strip_state(other.get_state())
         same = structure == again and all(map(np.array_equal, arrays, others))
-        detail = "comes back as it was" if same else "set_state(get_state()) gives another state"
+        detail = (
+            "survives set_state(get_state())"
+            if same
+            else "set_state(get_state()) gives another state"
+        )
         return Finding("state", same, detail)
 
     @contextmanager
@@ -104,7 +108,7 @@ class ControllerCheck:
 
 
 def _level(identity: Identity) -> str:
-    return "whole actions" if identity.action_level else "one call a step"
+    return "whole actions" if identity.action_level else "one call per step"
 
 
 OFFICIAL_OPTIONS = ("options.yml", "options.yaml")
@@ -115,7 +119,7 @@ PERCEPTION_OF = {"R1": "O", "R2": "I"}
 
 @dataclass(frozen=True)
 class OfficialOptions:
-    """What a starter kit's options file says, as far as it concerns us; None: nothing.
+    """What a starter kit's options file says that matters here; None where it says nothing.
 
     Attributes:
         condition: by environment and action type.

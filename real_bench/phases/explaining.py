@@ -1,4 +1,4 @@
-"""Keep and draw why a controller chose each action of a trial."""
+"""Record and draw why a controller chose each action of a trial."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.controls import MacroControl
+from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
 from real_bench.files import write_whole
@@ -37,13 +38,13 @@ LEGEND = {
     "next push": PUSH,
     "later pushes": LATER,
     "expected": EXPECTED,
-    "what came of it": ACTUAL,
+    "outcome": ACTUAL,
 }
 
 
 @dataclass(frozen=True)
 class Decision:
-    """One decision and what came of it.
+    """One decision and its outcome.
 
     Attributes:
         explanation: what the controller says of it.
@@ -87,13 +88,15 @@ class Explainer:
 
     @contextmanager
     def decision(self, proxy: ControllerProxy) -> Iterator[None]:
-        """Note a decision, made and carried out inside of it."""
+        """Note a decision that is made and carried out in this context."""
         image, before = self._task.simulation.image().retina, self._positions()
         yield
         explanation = proxy.explain() or Explanation("not explained", {})
         expected = explanation.positions
         if expected is not None and expected.shape[1] != len(before):
-            raise fault(proxy, f"explain() gives positions of {expected.shape[1]} objects")
+            raise fault(
+                proxy, f"explain() gives positions of {counted(expected.shape[1], 'object')}"
+            )
         self._decisions.append(Decision(explanation, image, before, self._positions()))
 
     def save(self, folder: Path, name: str) -> None:
@@ -106,7 +109,7 @@ class Explainer:
             }
             text = json.dumps(record, indent=1, allow_nan=False)
         except (TypeError, ValueError) as error:
-            raise RealBenchError(f"an explanation holds what JSON cannot: {error}") from error
+            raise RealBenchError(f"an explanation cannot be written as JSON: {error}") from error
         try:
             folder.mkdir(parents=True, exist_ok=True)
             write_whole(folder / f"{name}.json", (text + "\n").encode())

@@ -27,16 +27,16 @@ OnTrial = Callable[[Result], None]
 
 log = logging.getLogger(__name__)
 
-LOST_WORKER = "trials that were finished are kept: repeat the command with --resume"
+LOST_WORKER = "finished trials are kept: repeat the command with --resume"
 
 
 @dataclass(frozen=True)
 class ExtrinsicPhase:
-    """An extrinsic phase to be run.
+    """An extrinsic phase to run.
 
     Attributes:
         plan: what is tested.
-        n_trials: how many of the goals, of all classes in proportion.
+        n_trials: how many of the goals, each class in proportion.
         out: the result file.
         jobs: number of processes; the scores do not depend on it.
     """
@@ -69,21 +69,21 @@ class ExtrinsicPhase:
         proxy: ControllerProxy | None = None,
         activity: Activity = unwatched,
     ) -> Result:
-        """Test every goal; the result file is written anew after each.
+        """Test every goal; the result file is rewritten after each.
 
         Args:
-            report: told of the result so far, after every trial.
-            resume: go on with the result file where there is one.
-            overwrite: replace the result file where there is one.
+            report: called with the result so far, after every trial.
+            resume: continue the result file if it exists.
+            overwrite: replace the result file if it exists.
             proxy: the controller as an intrinsic phase in this process left it.
-            activity: told what the controller is busy with.
+            activity: called with what the controller is busy with.
 
         Raises:
-            Interrupted: the user stopped it; ``resume`` goes on.
+            Interrupted: the user stopped it; ``resume`` continues.
             ControllerError: the controller failed; earlier trials are kept.
             RealBenchError: anything else that is wrong, before or while it runs.
         """
-        check_output(self.out, overwrite=True)  # whether it can be written at all
+        check_output(self.out, overwrite=True)  # can it be written at all?
         self.plan.check_outputs()
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
@@ -105,7 +105,7 @@ class ExtrinsicPhase:
 
     @property
     def goal_numbers(self) -> tuple[int, ...]:
-        """The goals to be tested, ascending; those of a shorter test are among them."""
+        """The goals to test, ascending; they include those of a shorter test."""
         return goals_in_proportion(self.plan.goal_set.classes, self.n_trials)
 
     def _identity(self) -> Identity:
@@ -126,17 +126,16 @@ class ExtrinsicPhase:
         ]
         if changed:
             raise ResultError(
-                f"{self.out} cannot be resumed, it is of another test: {', '.join(changed)} differ"
+                f"{self.out} is of another test and cannot be resumed: {', '.join(changed)} differ"
             )
         if not result.keeps_commands:
             raise ResultError(
-                f"{self.out} cannot be resumed, it was made before commands were kept: "
-                "use --overwrite"
+                f"{self.out} is too old to be resumed, it keeps no commands: use --overwrite"
             )
         tested = {trial.goal for trial in result.trials}
         if more := sorted(tested - set(self.goal_numbers)):
             raise ResultError(
-                f"{self.out} already holds goal {more[0]}, beyond the {self.n_trials} trials asked"
+                f"{self.out} already holds goal {more[0]}, beyond the first {self.n_trials} trials"
             )
         return result.model_copy(update={"setting": setting})
 
@@ -163,8 +162,8 @@ class ExtrinsicPhase:
         try:
             if maker.in_order and done:
                 raise ResultError(
-                    f"{self.out} cannot be resumed: the controller learns from trial to trial, "
-                    "and what it had learned is lost; use --overwrite"
+                    f"{self.out} cannot be resumed: the controller learns across trials, "
+                    "and what it learned is lost; use --overwrite"
                 )
             for number in left:
                 if stop.made:
@@ -176,7 +175,9 @@ class ExtrinsicPhase:
     def _setting(self, identity: Identity, learned: Learned | None) -> Setting:
         plan = self.plan
         if not plan.controller.isprintable():
-            raise ResultError(f"a result cannot tell of {plan.controller!r}: give it another name")
+            raise ResultError(
+                f"a result cannot store the name {plan.controller!r}: rename the controller"
+            )
         run_sha256, run_steps = _run_identity(plan.run)
         return Setting(
             condition=plan.condition.name,

@@ -1,4 +1,4 @@
-"""Films, in a format that every browser plays: of trials, while they are made."""
+"""Films of trials, recorded as they run, in a format that every browser plays."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Film:
     """An H.264 film.
 
     Args:
-        path: the .mp4 file; there once it is finished.
+        path: the .mp4 file; it appears when the film is finished.
 
     Raises:
         RealBenchError: it cannot be written.
@@ -37,7 +37,7 @@ class Film:
         import av
 
         self._av, self._path = av, path
-        # In memory, where a write cannot fail: FFmpeg may crash where one does. A few megabytes.
+        # In memory (a few megabytes): FFmpeg may crash when a write fails.
         self._film = io.BytesIO()
         with self._guard(), ExitStack() as held:
             self._container = av.open(self._film, "w", format="mp4")
@@ -48,8 +48,8 @@ class Film:
             self._held = held.pop_all()
 
     def add(self, picture: NDArray[np.uint8]) -> None:
-        """One more frame, (height, width, 3) uint8; all of one size."""
-        height, width = (size - size % 2 for size in picture.shape[:2])  # H.264 has even numbers
+        """Add a frame, (height, width, 3) uint8; all must have the same size."""
+        height, width = (size - size % 2 for size in picture.shape[:2])  # H.264 needs even numbers
         if not self._stream.codec_context.is_open:
             self._stream.width, self._stream.height = width, height
         even = np.ascontiguousarray(picture[:height, :width])
@@ -74,23 +74,23 @@ class Film:
 
 
 def check_films() -> None:
-    """Raise RealBenchError where no film can be made, before there is one to be made."""
+    """Raise RealBenchError before any work if films cannot be made."""
     import av
 
     try:
         av.Codec(CODEC, "w")
     except (ValueError, av.FFmpegError) as error:
         raise RealBenchError(
-            f"no film can be made: the FFmpeg of PyAV has no {CODEC} (pip install av brings one)"
+            f"cannot make films: PyAV's FFmpeg has no {CODEC}: reinstall it with pip install av"
         ) from error
 
 
 @contextmanager
 def filmed(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[None]:
-    """Film a trial, where a path is given. Filming changes nothing in it.
+    """Film a trial if a path is given. Filming does not affect the trial.
 
-    Beside what the camera sees is the goal; above them the condition, the step, the goal's number
-    and class, and the score as it would be now.
+    The goal is shown beside the camera image; above them the condition, the step, the goal's number
+    and class, and the score at this moment.
     """
     if path is None:
         yield
@@ -110,7 +110,7 @@ def filmed(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[N
 
 @contextmanager
 def filming(task: Task, shoot: Callable[[], None]) -> Iterator[None]:
-    """Shoot now, and then every 50 steps."""
+    """Shoot now and then every 50 steps."""
     task.watch(shoot, STEPS_A_FRAME)
     try:
         shoot()

@@ -1,4 +1,4 @@
-"""What a controller is given of its own play before it is tested: state and files."""
+"""What a controller gets back from its own play before it is tested: state and files."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from real_bench.settings import dotted
 from real_bench.source import ControllerSource, is_code_of, resolved
 
 Wanted = Literal["keep", "again", "nothing"]
-"""What is meant where it is not plain: go on with what was learned by other code or settings
-(``keep``), learn again from the recording (``again``), or go on with nothing learned at all."""
+"""What to do in doubt: use what was learned with other code or settings (``keep``), learn again
+from the recording (``again``), or go on with nothing learned at all."""
 
 
 @dataclass(frozen=True)
 class Handover:
-    """What a controller goes on from.
+    """What a controller continues from.
 
     Attributes:
-        state, files: as it left them; empty where it left nothing, or is not to be given it.
-        learned: the code and settings that made the state; None where there is no state.
+        state, files: as it left them; empty if it left nothing, or must not get it.
+        learned: the code and settings that made the state; None if there is no state.
     """
 
     state: ControllerState = field(default_factory=dict)
@@ -41,17 +41,17 @@ NOTHING = Handover()
 def handed_over(
     run: Path, controller: str, identity: Identity, condition: Condition, wanted: Wanted | None
 ) -> Handover:
-    """What a recording holds for a controller; nothing where another one played.
+    """What a recording holds for a controller; nothing if another one played.
 
     Args:
         run: the recording.
         controller: what the user names it by.
         identity: what the controller is now.
         condition: of the test.
-        wanted: what is meant where the recording alone does not say.
+        wanted: what to do where the recording alone does not say.
 
     Raises:
-        ControllerError: it is not plain what is meant: what to say, and what that would mean.
+        ControllerError: it is unclear what to do; the message names the options.
         RecordingError: what was learned may not serve in this condition.
     """
     with Recording(run) as recording:
@@ -79,8 +79,8 @@ def handed_over(
     changes = list(_changes(header, code, controller, identity))
     if changes and wanted is None:
         raise ControllerError(
-            f"controller {controller}: what it learned in {run} was learned with other "
-            f"{'; other '.join(changes)}: say --keep-learned to go on with that, or --relearn to "
+            f"controller {controller}: what it learned in {run} was learned with different "
+            f"{'; different '.join(changes)}: use --keep-learned to keep it, or --relearn to "
             "learn again from the recording"
         )
     return Handover(state, files, Learned(code_sha256=code, settings=header.settings))
@@ -89,12 +89,12 @@ def handed_over(
 def _check_it_is_no_loss(
     run: Path, controller: str, identity: Identity, wanted: Wanted | None
 ) -> None:
-    """Refuse to test a controller that played as one that knows nothing, unless that is meant."""
+    """Refuse to test a controller without what it learned at play, unless that is wanted."""
     if wanted is None and not identity.learns_from_experience:
         raise ControllerError(
-            f"controller {controller}: {run} holds nothing of what it learned, for it has no "
-            "get_state(): it would be tested as it is made. Play and test it in one process "
-            "(realbench evaluate), define get_state() and set_state(), or say --as-made"
+            f"controller {controller}: {run} does not hold what it learned, since it has no "
+            "get_state(). Play and test it in one process (realbench evaluate), define "
+            "get_state() and set_state(), or test it untrained with --as-made"
         )
 
 

@@ -44,7 +44,7 @@ from real_bench.task import Task
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a phase has come.
+    """The progress of a phase.
 
     Attributes:
         n_steps: simulation steps so far, of ``total_steps``.
@@ -64,7 +64,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class IntrinsicPhase:
-    """An intrinsic phase to be run.
+    """An intrinsic phase to run.
 
     Attributes:
         controller: name, ``module:Class`` or file.
@@ -76,7 +76,7 @@ class IntrinsicPhase:
         out: the recording.
         images: record the camera image of every state; None: in image conditions, and where the
             controller uses them.
-        settings: values for the controller's settings; its defaults where they are silent.
+        settings: values for the controller's settings; the rest are its defaults.
         backend: where the controller runs.
     """
 
@@ -97,7 +97,9 @@ class IntrinsicPhase:
         if not 0 <= self.seed < 2**63:
             raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
         if self.images is False and not self.condition.sees_objects:
-            raise RealBenchError(f"condition {self.condition.name} is about images: record them")
+            raise RealBenchError(
+                f"condition {self.condition.name} needs images: leave out --no-images"
+            )
         self.scene.object_names(self.objects)
 
     def run(
@@ -108,16 +110,16 @@ class IntrinsicPhase:
         overwrite: bool = False,
         activity: Activity = unwatched,
     ) -> ControllerProxy:
-        """Play to the end; returns the controller as it then is.
+        """Play to the end; returns the controller as it is then.
 
         Args:
-            report: told of progress after every action.
-            resume: go on with the recording where there is one.
-            overwrite: replace the recording where there is one.
-            activity: told what the controller is busy with.
+            report: called with the progress after every action.
+            resume: continue the recording if it exists.
+            overwrite: replace the recording if it exists.
+            activity: called with what the controller is busy with.
 
         Raises:
-            Interrupted: the user stopped it; ``resume`` goes on.
+            Interrupted: the user stopped it; ``resume`` continues.
             ControllerError: the controller failed; what was recorded before is kept.
             RealBenchError: anything else that is wrong, before or while it runs.
         """
@@ -128,7 +130,7 @@ class IntrinsicPhase:
             proxy = self.backend.proxy(self.controller, self.settings, task, self._files(resume))
             with closed_on_error(proxy), stop_requests() as stop:
                 if not proxy.identity.learns_across_trials:
-                    proxy.copy().close()  # one that cannot be copied is told before it plays
+                    proxy.copy().close()  # report one that cannot be copied before it plays
                 log.info("controller: %s", proxy.identity)
                 self._tell_what_is_forgotten(proxy.identity)
                 header = self._header(proxy.identity)
@@ -145,8 +147,8 @@ class IntrinsicPhase:
     def _tell_what_is_forgotten(self, identity: Identity) -> None:
         if not (identity.hands_over_state or identity.learns_from_experience):
             log.info(
-                "it has no get_state(): what it learns in itself is gone after the play, unless "
-                "this is `realbench evaluate`"
+                "it has no get_state(): what it learns is lost after the play, except in "
+                "`realbench evaluate`"
             )
 
     def _files(self, resume: bool) -> Mapping[str, bytes]:
@@ -163,7 +165,7 @@ class IntrinsicPhase:
         return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=overwrite)
 
     def _begin(self, task: Task, proxy: ControllerProxy, recorder: Recorder) -> None:
-        """Put world and controller where the phase begins, or where it was cut."""
+        """Put world and controller at the start of the phase, or where it was interrupted."""
         point = recorder.resume_point
         if point is None:
             proxy.seed(self.seed)
@@ -181,7 +183,7 @@ class IntrinsicPhase:
         for place in (source, self.scene.source):
             if not place.isprintable():
                 raise RecordingError(
-                    f"a recording cannot tell where {place!r} is: give its folder another name"
+                    f"a recording cannot store the path {place!r}: rename its folder"
                 )
         return Header(
             condition=self.condition.name,
@@ -203,7 +205,9 @@ class IntrinsicPhase:
 
     def _records_images(self, uses_images: bool) -> bool:
         if self.images is False and uses_images:
-            raise RealBenchError(f"controller {self.controller} learns from images: record them")
+            raise RealBenchError(
+                f"controller {self.controller} learns from images: leave out --no-images"
+            )
         if self.images is None:
             return uses_images or not self.condition.sees_objects
         return self.images
@@ -213,7 +217,7 @@ LONGEST_WITHOUT_CHECKPOINT_S = 10.0
 
 
 class _Play:
-    """The playing itself, from wherever the phase has come to."""
+    """The play itself, from wherever the phase is."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""A controller in our own process."""
+"""A controller in this process."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ OFFICIAL_HOOKS = frozenset(
 
 
 class LocalBackend:
-    """Has controllers in our own process, with all that it can reach."""
+    """Runs controllers in this process, with access to all that it can reach."""
 
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
@@ -59,15 +59,15 @@ class LocalBackend:
         """The controller, made; raises ControllerError."""
         if files:
             raise ControllerError(
-                f"controller {spec}: it played in isolation and wrote {', '.join(sorted(files))} "
-                "there: use --isolate, so that it finds that again"
+                f"controller {spec}: it played in isolation and wrote {', '.join(sorted(files))}: "
+                "use --isolate to give it these files back"
             )
         kind, source = _loaded(spec)
         return LocalProxy(source, kind, settings, task)
 
 
 def _loaded(spec: str) -> tuple[type[Any], ControllerSource]:
-    """A controller's class, and its source; its packages are there before it is imported."""
+    """A controller's class and its source; its packages are installed before it is imported."""
     source = ControllerSource.of(spec)
     if source.submission is not None:
         packages = packages_of(source.submission)
@@ -79,7 +79,7 @@ def _loaded(spec: str) -> tuple[type[Any], ControllerSource]:
 def identify(
     kind: type[Any], source: ControllerSource, settings: Mapping[str, Any] | None
 ) -> Identity:
-    """What a class is; raises ControllerError for bad settings, unless these are not asked for."""
+    """What a class is; raises ControllerError for bad settings; None: ignore the settings."""
     return Identity(
         class_name=kind.__qualname__,
         file=str(source_file(kind) or ""),
@@ -133,7 +133,7 @@ class LocalProxy:
             raise fault(self, "learns_across_trials must be set on the class, not on the instance")
 
     def call(self, hook: str, *arguments: Any) -> Any:
-        """Call a hook, or do nothing where there is none; raises ControllerError."""
+        """Call a hook, if there is one; raises ControllerError."""
         if not (self._hooks_of_ours or hook in OFFICIAL_HOOKS):
             return None
         bound = getattr(self._controller, hook, None)
@@ -141,7 +141,7 @@ class LocalProxy:
         return self._guarded(bound, *shown) if callable(bound) else None
 
     def seed(self, seed: int) -> None:
-        """Seed the controller, and what controllers draw from without being asked to."""
+        """Seed the controller and the global generators that it may draw from."""
         numpy_seed = seed % 2**32
         np.random.seed(numpy_seed)  # noqa: NPY002  the official controllers use it
         random.seed(seed)
@@ -172,7 +172,7 @@ class LocalProxy:
             raise fault(self, f"step() returned a bad action: {where}") from error
 
     def take_logged(self) -> list[Entry]:
-        """The numbers that it has noted since it was last asked."""
+        """The numbers that it logged since the last call."""
         return take_entries(self._controller) if self._hooks_of_ours else []
 
     def get_state(self) -> ControllerState:
@@ -198,7 +198,7 @@ class LocalProxy:
         self.call("use_experience", experience)
 
     def explain(self) -> Explanation | None:
-        """Why it chose its last action, where it says so."""
+        """Why it chose its last action, if it says so."""
         explanation = self.call("explain")
         if explanation is not None and not isinstance(explanation, Explanation):
             raise fault(
@@ -207,7 +207,7 @@ class LocalProxy:
         return explanation
 
     def get_files(self) -> dict[str, bytes]:
-        """It writes where the user is, and finds that again by itself."""
+        """None: it writes to the user's own folder, and finds that again by itself."""
         return {}
 
     def copy(self) -> LocalProxy:
@@ -215,7 +215,7 @@ class LocalProxy:
         if name := shared_through(self._controller, self._place):
             raise fault(
                 self,
-                f"cannot be copied for each goal: {name} holds the controller, so that its copies "
+                f"cannot be copied for each goal: {name} holds the controller, so its copies "
                 "would share it. Keep it in an instance, or set learns_across_trials = True",
             )
         twin = copy.copy(self)
@@ -231,7 +231,7 @@ class LocalProxy:
         return twin
 
     def close(self) -> None:
-        """Nothing is held that would have to be let go."""
+        """Nothing to release."""
 
     def _shown(self, argument: Any) -> Any:
         """What the controller is given for an argument: an observation as its kind knows it."""
@@ -251,7 +251,7 @@ class LocalProxy:
             raise fault(self, f"{name}() failed at {blame(error, self._place)}") from error
 
     def _check_signature(self, kind: type[Any], arguments: tuple[Any, ...]) -> None:
-        """Say so where a class is made with the action space alone, as in 2019."""
+        """Report a class that takes the action space alone, as in 2019."""
         try:
             signature = inspect.signature(kind)
         except (TypeError, ValueError):  # of a class that is not written in Python
@@ -259,7 +259,7 @@ class LocalProxy:
         if not _binds(signature, arguments) and _binds(signature, arguments[:1]):
             raise fault(
                 self,
-                "its __init__ takes the action space alone, as in the competition of 2019: since "
+                "its __init__ takes only the action space, as in the competition of 2019: since "
                 "2020 it is __init__(self, action_space, observation_space)",
             )
 
@@ -273,7 +273,7 @@ def _binds(signature: inspect.Signature, arguments: tuple[Any, ...]) -> bool:
 
 
 def _learns_across_trials(controller: object) -> bool:
-    """As it says; one of the official class API met all goals in order, so that is its default."""
+    """What it says; official controllers met all goals in order, so that is their default."""
     default = not isinstance(controller, Controller)
     if isinstance(controller, type):
         default = not keeps_our_contract(controller)

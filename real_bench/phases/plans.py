@@ -1,4 +1,4 @@
-"""Phases as a user asks for them; what is left out comes from the recording, goals or defaults."""
+"""Phases from what a user gives; the rest comes from the recording, the goals or defaults."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def plan_play(
     backend: ControllerBackend | None = None,
     **given: Any,
 ) -> IntrinsicPhase:
-    """An intrinsic phase; what is None or left out is the recording's, or a new run's default.
+    """An intrinsic phase; what is None or left out comes from the recording or the defaults.
 
     Args:
         out: the recording.
-        resume: take from the recording, where there is one, what is left out.
+        resume: take what is left out from the recording, if it exists.
         settings: values for the controller's settings, above those of the recording.
         backend: where the controller runs; our own process unless told otherwise.
         **given: ``controller``, ``condition``, ``objects``, ``scene``, ``steps``, ``seed``,
@@ -64,7 +64,7 @@ def plan_play(
         known = _recorded(out, given.get("controller"), backend)
     chosen = {**known, **{key: value for key, value in given.items() if value is not None}}
     if chosen["controller"] is None:
-        raise RealBenchError("a controller is missing (try --controller real_r)")
+        raise RealBenchError("no controller given (try --controller real_r)")
     if known is NEW_RUN and given.get("condition") is None:
         chosen["condition"] = _condition_of(chosen["controller"])
     chosen["settings"] = merged(known["settings"], settings or {})
@@ -88,13 +88,13 @@ def plan_test(
     trial_steps: int = TRIAL_STEPS,
     **options: Any,
 ) -> TrialPlan:
-    """Trials; what is left out is the recording's, or follows from the goals.
+    """Trials; what is left out comes from the recording or the goals.
 
     Args:
-        controller: name, ``module:Class`` or file; the recording's where it is left out.
-        run: the recording to learn from; ``run.h5`` here where that is there, and fits.
+        controller: name, ``module:Class`` or file; the recording's by default.
+        run: the recording to learn from; by default ``run.h5``, if it exists and fits.
         run_steps: learn only from its first steps.
-        goals: a goal set or its file; the shipped one where it is left out.
+        goals: a goal set or its file; the shipped one by default.
         condition: two letters; the recording's, or IM.
         objects: how many; the recording's, or as the goals have.
         scene: its name or manifest; the recording's, or ``official``.
@@ -128,8 +128,7 @@ def plan_test(
         path = header = None
     if controller is None and header is None:
         raise RealBenchError(
-            "a controller is missing, and there is no recording to take it from "
-            "(try --controller real_r)"
+            "no controller given, and no recording to take it from (try --controller real_r)"
         )
     return TrialPlan(
         controller=controller or (header.controller_source if header else ""),
@@ -171,7 +170,7 @@ def _condition_of(controller: str | None) -> str:
 
 
 def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:
-    """The goals that are given, or the shipped ones; raises GoalSetError if they do not fit."""
+    """The given goals, or the shipped ones; raises GoalSetError if they do not fit."""
     goal_set = given or load_goal_set(shipped_goal_set(n_objects, scene.name))
     goal_set.check_fits(scene, n_objects)
     return goal_set
@@ -180,7 +179,7 @@ def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalS
 def recorded_settings(
     header: Header | None, controller: str | None, backend: ControllerBackend
 ) -> Values:
-    """The settings that a run was played with, if its controller is the one that is asked for."""
+    """The settings that a run was played with, if its controller is the wanted one."""
     if header is None or controller is None:
         return header.settings if header else {}
     one = backend.identity(controller, None)
@@ -205,7 +204,7 @@ def _recorded(path: Path, controller: str | None, backend: ControllerBackend) ->
 
 
 def _found(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
-    """The recording that is asked for, or the default one where there is one."""
+    """The given recording, or the default one if it exists."""
     path = run or defaults.RUN
     if run is None and not path.exists():
         return None, None

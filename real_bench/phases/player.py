@@ -21,11 +21,11 @@ class Player(Protocol):
         """One action, executed; at most ``n_steps_left`` steps of it. Returns what was done."""
 
     def look(self) -> Observation:
-        """What is seen now; of one called at every step, with images where it asked for them."""
+        """What is seen now; a controller called at every step gets images only if it asked."""
 
 
 Deciding = Callable[[], AbstractContextManager[object]]
-"""Gives a context that lasts as long as the controller decides."""
+"""Gives a context that lasts while the controller decides."""
 
 
 def at_play(proxy: ControllerProxy, task: Task, deciding: Deciding = nullcontext) -> Player:

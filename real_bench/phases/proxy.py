@@ -1,4 +1,4 @@
-"""What the phases need of a controller wherever it runs: a proxy, and the backend that makes it."""
+"""What the phases need of a controller, wherever it runs: a proxy, and a backend to make it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ NO_FILES: Mapping[str, bytes] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Identity:
-    """What a controller is, told without any world.
+    """What a controller is, found out without any world.
 
     Attributes:
         class_name: of its class.
-        file: the file that defines it; empty where there is none.
+        file: the file that defines it; empty if there is none.
         code_sha256: hash of all code that it could import as its own.
         action_level: whether it decides on whole actions (else: one call a step).
         uses_images: whether it learns from recorded images in every condition.
@@ -69,13 +69,13 @@ class Terms(Protocol):
 
 
 class ControllerProxy(Protocol):
-    """A controller that was made. Every call raises ControllerError where it fails."""
+    """A controller instance. Every call raises ControllerError if it fails."""
 
     spec: str
     identity: Identity
 
     def seed(self, seed: int) -> None:
-        """Seed it, and what controllers draw from without being asked to."""
+        """Seed it and the global generators that it may draw from."""
 
     def call(self, hook: str, *arguments: Any) -> None:
         """Call a hook: with an experience, or an observation, reward and done, or nothing."""
@@ -87,10 +87,10 @@ class ControllerProxy(Protocol):
         """The next step's command, and whether images are wanted with the next observation."""
 
     def explain(self) -> Explanation | None:
-        """Why it chose its last action, where it says so."""
+        """Why it chose its last action, if it says so."""
 
     def take_logged(self) -> list[Entry]:
-        """The numbers that it has noted since it was last asked."""
+        """The numbers that it logged since the last call."""
 
     def get_state(self) -> ControllerState:
         """What it hands over, a copy of its own."""
@@ -136,7 +136,7 @@ class ControllerBackend(Protocol):
 
 @contextmanager
 def closed_on_error(proxy: ControllerProxy) -> Iterator[ControllerProxy]:
-    """Close a proxy where something fails; else it is still needed afterwards."""
+    """Close a proxy if something fails; otherwise it is still needed."""
     try:
         yield proxy
     except BaseException:

@@ -22,7 +22,7 @@ class StopRequest:
 def stop_requests() -> Iterator[StopRequest]:
     """Turn the first Ctrl-C (or SIGTERM) into a request; a second one interrupts at once.
 
-    Outside the main thread signals are not ours to handle, and no request is ever made.
+    Outside the main thread signals cannot be handled, and no request is ever made.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():

@@ -37,21 +37,21 @@ from real_bench.task import Task
 
 @dataclass(frozen=True)
 class TrialPlan:
-    """All that a process needs to know to make trials.
+    """All that a process needs to run trials.
 
     Attributes:
         controller: name, ``module:Class`` or file.
         condition, scene: of the test.
-        goal_set: the goals, of which any may be asked for.
+        goal_set: the goals to choose from.
         seed: each trial's own seed follows from it and the goal's number.
         trial_steps: length of a trial.
         run: the recording that the controller learns from, where there is one.
-        run_steps: how many of its first steps it learns from; None: all. What the controller
-            learned at play, it learned from all of it: with fewer it learns anew.
-        settings: values for the controller's settings; its defaults where they are silent.
+        run_steps: how many of its first steps it learns from; None: all. With fewer it learns
+            again, since what it learned at play came from all of them.
+        settings: values for the controller's settings; the rest are its defaults.
         videos, pictures: folders for a film, and for a picture, of each trial.
         explanations: folder for what a controller says of each of its decisions.
-        wanted: what is meant where a recording holds what other code or settings learned, or
+        wanted: what to do if a recording holds what other code or settings learned, or
             nothing; see :mod:`real_bench.phases.handover`.
         backend: where the controller runs.
     """
@@ -76,7 +76,7 @@ class TrialPlan:
             return
         if self.run is None or self.run_steps < 1:
             raise RealBenchError(
-                f"--run-steps must be at least 1, and needs a --run: not {self.run_steps}"
+                f"--run-steps must be at least 1, and needs --run: not {self.run_steps}"
             )
         with Recording(self.run) as recording:
             if self.run_steps > recording.n_steps:
@@ -85,9 +85,9 @@ class TrialPlan:
                 )
 
     def handover(self, identity: Identity) -> Handover:
-        """What the controller goes on from: nothing where it learns from a part of the recording.
+        """What the controller continues from: nothing if it learns from a part of the recording.
 
-        Raises ControllerError where it is not plain what is meant.
+        Raises ControllerError if it is unclear what to do.
         """
         if self.run is None or self.run_steps is not None:
             return NOTHING
@@ -107,15 +107,14 @@ class TrialPlan:
 
 
 class TrialMaker:
-    """Makes trials with one controller in one world.
+    """Runs trials with one controller in one world.
 
     Args:
         plan: what is tested.
-        proxy: the controller as the intrinsic phase left it, where it is still at hand; else it
-            is made anew.
-        given: what it then goes on from.
-        task: the world of the intrinsic phase, where it is still at hand.
-        activity: told what the controller is busy with.
+        proxy: the controller as the intrinsic phase left it; None: make a new one.
+        given: what a new one continues from.
+        task: the world of the intrinsic phase; None: make a new one.
+        activity: called with what the controller is busy with.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Work that is shared among processes, of which none outlives its parent."""
+"""Work shared among processes, none of which outlives its parent."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
 MAKING = "making-"
-"""What the file is called, but for its end, that is there while a process makes its worker."""
+"""Stem of the file that exists while a process makes its worker."""
 SECONDS_BETWEEN_LOOKS = 0.5
 
 Item = TypeVar("Item")
@@ -42,19 +42,19 @@ def in_processes(
     remedy: str,
     activity: Activity = unwatched,
 ) -> Iterator[Done]:
-    """Do every task in one of several processes; each gives what came of it as it ends.
+    """Do every task in one of several processes; yields each outcome as its task ends.
 
-    After a failure or a request to stop no further task is begun, and those under way come to
-    their end. What is told and what comes of it goes through files: a process that dies in the
-    middle of much that it reads or writes in a pipe would leave the others waiting for ever.
+    After a failure or a request to stop no further task begins, and running ones finish. Tasks and
+    outcomes go through files: a process that dies while it reads or writes a large message in a
+    pipe would leave the others waiting forever.
 
     Args:
         make_worker: makes, once in each process, what does a task; sent there by pickle.
-        tasks: what each is told, sent there by pickle.
+        tasks: what each worker is given, sent there by pickle.
         jobs: how many processes.
         stop: the user's request.
         remedy: what the user may do if a process dies.
-        activity: told while workers are made: a controller learns then.
+        activity: called while workers are made: a controller learns then.
 
     Raises:
         RealBenchError: a process died.
@@ -71,11 +71,11 @@ def in_processes(
 
 @contextmanager
 def _importing_nothing_from_here() -> Iterator[None]:
-    """Have new processes not begin with what lies in the current folder, or beside a controller.
+    """Keep new processes from importing from the current folder or a controller's folder.
 
-    Modules there may have the names of ours; a controller is found in its process all the same.
+    Modules there may have the names of ours; a process finds its controller anyway.
     """
-    name = "PYTHONSAFEPATH"  # from Python 3.11 on
+    name = "PYTHONSAFEPATH"  # Python 3.11 or newer
     before = os.environ.get(name)
     os.environ[name] = "1"
     path, strange = list(sys.path), controller_folders()
@@ -91,7 +91,7 @@ def _importing_nothing_from_here() -> Iterator[None]:
 
 
 class _Making:
-    """Looks whether a process still makes its worker, and says so."""
+    """Reports whether a process is still making its worker."""
 
     def __init__(self, folder: Path, activity: Activity) -> None:
         self._folder, self._activity = folder, activity
@@ -130,7 +130,7 @@ def _done(
                 if future.exception() is None:
                     yield future.result()
                 else:
-                    failed = future  # what else is under way may still come to its end
+                    failed = future  # let other running tasks finish
             if failed is None and not stop.made:
                 running |= _submit(pool, islice(waiting, len(done)))
         if failed is not None:
@@ -142,7 +142,7 @@ def _done(
 
 
 def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]:
-    """Have tasks done; workers are started with the signals to stop held back.
+    """Submit tasks; workers are started with stop signals blocked.
 
     A worker that is interrupted before it has begun would leave the pool hanging.
     """
@@ -166,7 +166,7 @@ def _start(folder: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
-    sys.stdout = sys.stderr  # what a controller prints is no result
+    sys.stdout = sys.stderr  # stdout is for results
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     if (parent := multiprocessing.parent_process()) is not None:
@@ -175,7 +175,7 @@ def _start(folder: Path) -> None:
 
 
 def _do(task: Any) -> Path:
-    if _Here.worker is None:  # made here and not at the start, so that its errors are reported
+    if _Here.worker is None:  # made here, not at the start, so that its errors are reported
         making = _Here.folder / f"{MAKING}{os.getpid()}"
         making.touch()
         try:

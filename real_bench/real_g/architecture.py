@@ -1,4 +1,4 @@
-"""REAL-G: plays with goals of its own, learns what its actions do to objects, and plans by that."""
+"""REAL-G: plays with its own goals, learns what its actions do to objects, and plans with that."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PlannerSettings(Settings):
     """Settings of the planner.
 
     Attributes:
-        samples: actions that are thought of for an object in each round.
+        samples: candidate actions per object in each round.
         rounds: how often the best of them are varied.
     """
 
@@ -39,7 +39,7 @@ class PlannerSettings(Settings):
 
 
 class RealG(Controller):
-    """Plays, learns and plans; which perception it has, is said by a subclass.
+    """Plays, learns and plans; a subclass chooses the perception.
 
     Args:
         action_space, observation_space: of the condition.
@@ -61,7 +61,7 @@ class RealG(Controller):
         self._perception, self._play_settings, self._planner = perception, play, planner
         self._left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None
-        self._over = False  # play is, and all was learned
+        self._over = False  # play is over, and everything was learned
         self.seed(0)
 
     def seed(self, seed: int) -> None:
@@ -72,7 +72,7 @@ class RealG(Controller):
             self._begin(seed)
 
     def get_state(self) -> ControllerState:
-        """Where in its random sequence it is, and what it learned when play was over."""
+        """Its place in its random sequence, and what it learned at the end of play."""
         return {
             "random": self._random.bit_generator.state,
             "seed": self._seed,
@@ -91,13 +91,13 @@ class RealG(Controller):
             self._over = True
 
     def resume_intrinsic_phase(self, experience: Experience) -> None:
-        """Remember what was done before the cut, and learn what was learned by then."""
+        """Remember what was done before the interruption, and learn it again."""
         self._recall(experience)
         if due := self._play.due(len(self._outcomes)):
             self._learn(due)
 
     def use_experience(self, experience: Experience) -> None:
-        """Learn from all of it, if that is not done yet."""
+        """Learn from all of it, if not done yet."""
         if self._over and self._play.lesson == len(experience):
             return
         self._recall(experience)
@@ -107,14 +107,16 @@ class RealG(Controller):
     def start_extrinsic_phase(self) -> None:
         """The tests begin; raises ControllerError where it has learned nothing."""
         if not self._over:
-            raise ControllerError("it plans with what it learned at play: give it a --run")
+            raise ControllerError(
+                "it plans with what it learned at play: give its recording with --run"
+            )
 
     def start_extrinsic_trial(self) -> None:
         """All of a trial's actions are left."""
         self._left = TRIAL_STEPS // self._deed.steps
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
-        """At play: what an object may follow. In a trial: what brings objects nearest to goals."""
+        """At play: an action that an object may follow. In a trial: the one that helps most."""
         if self._left is None:
             return self._explore(observation)
         self._left = max(0, self._left - 1)
@@ -135,7 +137,7 @@ class RealG(Controller):
             "expected_end": choice.end.tolist(),
             "numbers": choice.numbers.tolist(),
         }
-        sentence = f"{choice.now:.3f} m from its goal, {choice.expected:.3f} expected at last"
+        sentence = f"{choice.now:.3f} m from its goal, {choice.expected:.3f} m expected in the end"
         if choice.gain <= 0:
             return Explanation(f"nothing improves: rests; object {number} is {sentence}", facts)
         return Explanation(
@@ -143,7 +145,7 @@ class RealG(Controller):
         )
 
     def _best(self, observation: Mapping[str, Any], left: int) -> tuple[int, Choice] | None:
-        """The object and the action by which most is gained."""
+        """The object and the action with the largest gain."""
         rows, goals = self._perception.now(observation), self._perception.goal(observation)
         choices = [
             (number, self._choose(skill, row, goal, left))
@@ -166,7 +168,7 @@ class RealG(Controller):
         if self._play.due(n) > self._play.lesson:
             self._learn(self._play.due(n))
         rows = self._perception.rows(self._n_seen - 1)
-        if np.isnan(rows[0]).all():  # nothing is seen, or nothing known that could be
+        if np.isnan(rows[0]).all():  # nothing is seen, or nothing known to look for
             numbers = self._babble.next_numbers(self._random)
         else:
             numbers = self._play.next_numbers(rows[0], self._random)
@@ -189,7 +191,7 @@ class RealG(Controller):
     def _see(self, observation: Mapping[str, Any]) -> None:
         self._perception.see(observation)
         self._n_seen += 1
-        if len(self._preconditions) > len(self._outcomes):  # it acted: this is what came of it
+        if len(self._preconditions) > len(self._outcomes):  # it acted: this is the outcome
             self._outcomes.append(self._n_seen - 1)
             if self._perception.changed():
                 self._babble.did(self._numbers[-1])
@@ -200,13 +202,13 @@ class RealG(Controller):
         self._play.watch(rows[0], rows[1], self._numbers[action])
 
     def _learn(self, n: int, *, last: bool = False) -> None:
-        """Learn anew from the first n actions."""
+        """Learn again from the first n actions."""
         rows = self._perception.rows()
         before, after = self._preconditions[:n], self._outcomes[:n]
         self._play.learn(rows[before], rows[after], np.array(self._numbers[:n]), last=last)
 
     def _recall(self, experience: Experience) -> None:
-        """Remember all of a play, and have the goals that follow from it."""
+        """Remember a whole play, and the goals that follow from it."""
         self._begin(self._seed)
         deed = self._deed
         unknown = np.full(len(deed.low), np.nan)

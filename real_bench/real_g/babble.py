@@ -1,4 +1,4 @@
-"""What to do before anything is known: anything, and again what did something."""
+"""Actions before anything is known: random ones, and variations of those that did something."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from real_bench.real_g.memory import scale
 Array = NDArray[np.float64]
 
 AGAIN = 0.5
-"""The share of actions that vary the last one by which something moved."""
+"""The share of actions that vary the last one that moved something."""
 
 
 class Babble:
-    """Random actions, and variations of the last one by which something was seen to move.
+    """Random actions, and variations of the last one that visibly moved something.
 
-    What it moved is not far from where it was moved, though nobody knows yet where that is.
+    The moved thing is not far from where it was, even if that place is still unknown.
 
     Args:
         deed: the form of the actions.

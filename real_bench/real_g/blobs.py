@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SHADES = 6
-"""Levels of each colour that are told apart."""
+"""Levels that are distinguished in each colour."""
 
 N_COLOURS = SHADES**3
 
@@ -19,7 +19,7 @@ FEWEST_PIXELS = 6
 """A smaller patch has no shape."""
 
 NEIGHBOURHOOD = 5
-"""Side of the square of pixels that decide together whose part they are."""
+"""Side of the square of pixels that are assigned together."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Blob:
         size: how many pixels it has.
         axis: the direction of its longer axis, radians from the columns' direction to the rows',
             within half a turn.
-        stretch: how many times longer than broad it is.
-        colours: which share of it has each colour, (N_COLOURS,).
+        stretch: its length divided by its width.
+        colours: the share of each colour, (N_COLOURS,).
     """
 
     place: Array
@@ -62,7 +62,7 @@ def find_blobs(image: NDArray[np.uint8], marked: NDArray[np.bool_]) -> list[Blob
 def split_blobs(
     image: NDArray[np.uint8], marked: NDArray[np.bool_], looks: Array
 ) -> list[Blob | None]:
-    """For each look the largest patch in which it is the likeliest; things that touch are parted.
+    """For each look the largest patch where it is the likeliest; separates touching things.
 
     Args:
         image: (height, width, 3).
@@ -70,7 +70,7 @@ def split_blobs(
         looks: for each thing how likely a pixel of it has each colour, (k, N_COLOURS).
 
     Returns:
-        k patches; None where a look is nowhere the likeliest.
+        k patches; None for a look that is nowhere the likeliest.
     """
     rows, columns = np.flatnonzero(marked.any(axis=1)), np.flatnonzero(marked.any(axis=0))
     if not len(rows):

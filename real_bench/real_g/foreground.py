@@ -1,6 +1,6 @@
-"""What can be moved: all that differs from what stays, learned from a run's own images.
+"""What can be moved: everything that differs from the background, learned from a run's images.
 
-The background is the median of images that differ much from each other: where things lay at many
+The background is the median of images that differ much from each other: if things lay at many
 different places, each place was empty most of the time. How much each pixel flickers by itself is
 learned from the same images.
 """
@@ -20,28 +20,28 @@ from real_bench.errors import RealBenchError
 Image = NDArray[np.uint8]
 
 MOST_KEPT = 64
-"""Images of which the background is the median."""
+"""Number of images whose median is the background."""
 
 SMALL = (80, 60)
 """Width and height at which images are compared to decide which are kept."""
 
 FAINT = 12
-"""A difference of fewer grey levels in each colour is none: that much is lost on any camera."""
+"""A smaller difference in each colour, in grey levels, is ignored as camera noise."""
 
 
 class Foreground:
     """Tells what can be moved from what stays.
 
-    An image is kept where it differs from every kept one by at least half as many pixels as two
-    of them usually do. When there are too many, each that ever was worth keeping is among the kept
-    ones with the same chance. So a thing that nobody has moved yet is background until it is moved.
+    An image is kept if it differs from every kept one by at least half as many pixels as two of
+    them usually do. If there are too many, all that were ever worth keeping have the same chance to
+    be kept. So a thing is background until it is moved for the first time.
 
     Args:
         random: for which images are kept.
 
     Attributes:
-        change: by how much the last image differed from the one before it; 1 is as much as two
-            images with things at other places usually do.
+        change: how much the last image differed from the previous one; 1 is the usual difference of
+            two images with things at different places.
     """
 
     def __init__(self, random: np.random.Generator) -> None:
@@ -82,7 +82,7 @@ class Foreground:
         return True
 
     def learn(self) -> bool:
-        """Learn the background anew; returns whether it is another one than before."""
+        """Learn the background again; returns whether it has changed."""
         kept = np.array(self._kept)
         middle = len(kept) // 2
         background = np.partition(kept, middle, axis=0)[middle].astype(np.int16)

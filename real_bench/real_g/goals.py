@@ -15,16 +15,16 @@ Array = NDArray[np.float64]
 
 
 class OwnGoals:
-    """Draws places of the plane, most often where it is getting better or has tried little.
+    """Draws places of the plane, most often where it is improving or has tried little.
 
-    The plane is cut in cells. How well each attempt at a cell went is told afterwards; a cell is
-    drawn by how much its later attempts differ from its earlier ones, and by how few it had.
+    The plane is divided into cells. Each attempt at a cell is rated afterwards; a cell is drawn by
+    how much its later attempts differ from its earlier ones, and by how few it had.
 
     Args:
         low, high: of x and y, (2,) each.
         cells: along each side.
-        memory: the latest attempts at a cell that count.
-        beyond: so many cells beyond those where objects have been are drawn as well.
+        memory: how many of the latest attempts at a cell count.
+        beyond: how many cells beyond those where objects have been are drawn as well.
     """
 
     def __init__(
@@ -41,7 +41,7 @@ class OwnGoals:
             self._been[x, y] = True
 
     def tried(self, place: Array, success: float) -> None:
-        """An attempt at a place, (2,), went so well, 0 to 1."""
+        """Rate an attempt at a place, (2,), from 0 to 1."""
         x, y = self._cell(np.asarray(place)[None])[0]
         history = self._attempts.setdefault((int(x), int(y)), [])
         history.append(success)

@@ -15,13 +15,13 @@ CELL = 4
 """Side of a cell of the ground, in pixels."""
 
 FARTHEST = 0.99
-"""Depth beyond which there is nothing to stand on: nearly as far as can be drawn."""
+"""Depth beyond which there is no ground: nearly the far plane."""
 
 
 class Ground:
-    """The farthest that was ever seen in each cell; what moves is only ever nearer.
+    """The largest depth ever seen in each cell; things that move are always nearer.
 
-    Depth images are not recorded, so this is what must be kept of them.
+    Depth images are not recorded, so this is kept instead.
     """
 
     def __init__(self) -> None:
@@ -38,8 +38,8 @@ class Ground:
     def distance(self, places: Array) -> Array:
         """How far the ground is at columns and rows, (..., 2) to (...).
 
-        Where there is none it is that of the nearest cell that has some: what lies on an edge is
-        seen beyond it. The unit is where the depth buffer begins; 1 while no depth has been seen.
+        A cell without ground takes the nearest cell's: things on an edge are seen beyond it. The
+        unit is where the depth buffer begins; 1 while no depth has been seen.
         """
         if not self._depth.size:
             return np.ones(np.shape(places)[:-1])

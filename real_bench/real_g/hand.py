@@ -1,7 +1,7 @@
-"""What the robot can do to an object with one action, and the numbers that say which.
+"""What the robot can do to an object with one action, and the numbers that describe the action.
 
-Two ways behind one face: a hand that reaches, grips, carries and lets go (condition C), and the
-paper's macro, a push (condition M). That an action has this form is what we tell the robot; all
+There are two forms with one interface: a hand that reaches, grips, carries and lets go (condition
+C), and the paper's macro, a push (condition M). The form of an action is given to the robot; all
 its numbers are free within the ranges that the action space declares.
 """
 
@@ -25,9 +25,9 @@ class Deed(Protocol):
     Attributes:
         low, high: the range of each number, (P,).
         start, end: which of them are x, y of the place where it begins and where it ends.
-        turn: which of them is the hand's turn about the vertical, radians; None where it has none.
-        height: which of them is the height at which it comes to an object; None where it has none.
-        leans: which of them are departures from upright, 0 being none.
+        turn: which of them is the hand's turn about the vertical, radians; None if it has none.
+        height: which of them is the height at which it reaches an object; None if it has none.
+        leans: which of them are deviations from upright; 0 is upright.
         steps: how many steps it lasts.
     """
 
@@ -41,16 +41,16 @@ class Deed(Protocol):
     steps: int
 
     def action(self, numbers: Array) -> Action:
-        """The action that P numbers say."""
+        """The action with these P numbers."""
 
     def numbers(self, action: Action) -> Array | None:
-        """The P numbers of an action; None where it is not a whole action of this form."""
+        """The P numbers of an action; None if it is not a whole action of this form."""
 
     def path(self, numbers: Array) -> Array:
         """Points that the hand passes near the objects, (k, 2) or with height (k, 3) metres."""
 
     def rest(self) -> Action:
-        """Nothing, for as long."""
+        """No command, for the same time."""
 
 
 class Push:
@@ -90,7 +90,7 @@ class Push:
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of the hand's action: in how many poses, and for how many steps each is held."""
+    """A part of the hand's action: the number of poses, and the steps for which each is held."""
 
     poses: int
     steps: int
@@ -100,7 +100,7 @@ MIDDLE, ABOVE, DOWN, GRIP = Stage(1, 50), Stage(2, 50), Stage(1, 85), Stage(1, 5
 UP, CARRY, LOWER = Stage(3, 25), Stage(12, 25), Stage(4, 25)
 LET_GO, LEAVE, HOME = Stage(1, 45), Stage(1, 40), Stage(1, 155)
 STAGES = (MIDDLE, ABOVE, DOWN, GRIP, UP, CARRY, LOWER, LET_GO, LEAVE, HOME)
-"""A held pose makes the arm rush, so what may be in its grip is moved by many small ones."""
+"""A distant pose makes the arm rush, so something in its grip is moved by many small ones."""
 
 MOST_LEAN = np.pi / 4
 
@@ -110,11 +110,11 @@ ROUNDING = 1e-9
 class Hand:
     """Reach, descend, grip, rise, carry along a line, lower, let go, leave, go home.
 
-    Its numbers, in order: x1, y1, turn, lean, z1, two of the gripper at first, two of it closing,
-    rise, x2, y2, lean, lower, two of it at the end. It rises by a share of the height above it,
-    and lowers by a share of the height below. The fingers point down, turned about the vertical
-    and leaning forward, away from the robot; it comes by the middle of its space and leaves at
-    the greatest height that is allowed.
+    Its numbers, in order: x1, y1, turn, lean, z1, two for the open gripper, two for closing it,
+    rise, x2, y2, lean, lower, two for opening it at the end. It rises by a share of the height
+    above it, and lowers by a share of the height below. The fingers point down, turned about the
+    vertical and leaning forward, away from the robot; it arrives via the middle of its space and
+    leaves at the greatest allowed height.
 
     Args:
         action_space: of a condition with cartesian commands; a dict of boxes.
@@ -174,7 +174,7 @@ class Hand:
         return Action(np.array(rows), np.array(steps), np.zeros(len(rows), bool))
 
     def numbers(self, action: Action) -> Array | None:
-        """The 16 numbers, (16,); None for a rest, or an action that was cut short."""
+        """The 16 numbers, (16,); None for a rest or a truncated action."""
         ends = np.cumsum([stage.poses for stage in STAGES]) - 1
         if action.duration != self.steps or len(action.commands) != ends[-1] + 1:
             return None
@@ -191,7 +191,7 @@ class Hand:
         )
 
     def path(self, numbers: Array) -> Array:
-        """Where it grips, rises, is carried to and lets go, (4, 3)."""
+        """Where it grips, rises, arrives and lets go, (4, 3)."""
         (x1, y1), (x2, y2) = numbers[[0, 1]], numbers[[10, 11]]
         z1, rise, lower = numbers[[4, 9, 13]]
         z2 = z1 + rise * (self._top - z1)
@@ -204,7 +204,7 @@ class Hand:
 
 
 def _share(part: float, whole: float) -> float:
-    """How much of the whole a part is; 0 where there is no whole."""
+    """A part as a share of the whole; 0 if the whole is 0."""
     return float(part / whole) if abs(whole) > ROUNDING else 0.0
 
 
@@ -216,7 +216,7 @@ def pointing_down(turn: float, lean: float) -> tuple[float, float, float, float]
 
 
 def turn_and_lean(quaternion: Array) -> tuple[float, float]:
-    """What :func:`pointing_down` was given, the turn from 0 to a whole one."""
+    """The arguments of :func:`pointing_down` for a quaternion, with the turn in a full circle."""
     x, y, z, w = quaternion
     turn = 2 * np.arctan2(-x, y)
     lean = 2 * np.arctan2(np.hypot(z, w), np.hypot(x, y))
@@ -224,7 +224,7 @@ def turn_and_lean(quaternion: Array) -> tuple[float, float]:
 
 
 def deed_of(action_space: Any) -> Deed:
-    """The form of action that a condition allows; raises RealBenchError where there is none."""
+    """The form of action that a condition allows; raises RealBenchError if there is none."""
     if "macro_action" in action_space.spaces:
         return Push(action_space)
     if "cartesian_command" in action_space.spaces:

@@ -1,10 +1,10 @@
-"""Where in reach of the hand a thing is that is seen at some place of the image.
+"""The map from places in the image to places in the hand's reach.
 
-Learned by contingency, from what the robot did and saw: things move where its hand has passed, and
-what it took along lies where the hand ended. Nothing is told of the camera. The map is the one
-that makes what was seen most likely: a thing moves if the hand's path comes near it, with a reach
-and a blur that are learned as well, as is how much less a hand touches that passes higher up; and
-of the things that moved, a learned share ends near the path's end, or at a learned distance ahead.
+It is learned from contingencies between what the robot did and saw: things move where its hand has
+passed, and what it took along lies where the hand ended. Nothing is known about the camera. The map
+is the one that makes what was seen most likely: a thing moves if the hand's path comes near it
+(reach, blur, and how much less a higher hand touches are learned as well); and of the things that
+moved, a learned share ends near the path's end, or at a learned distance ahead.
 """
 
 from __future__ import annotations
@@ -23,29 +23,30 @@ from real_bench.errors import RealBenchError
 Array = NDArray[np.float64]
 
 TURNS = 8
-"""How many turns of the image, each also mirrored, a search begins with."""
+"""How many rotations of the image, each also mirrored, a search begins with."""
 
 GUESSES = 300
-"""And how many maps by three things that moved."""
+"""How many maps from three things that moved a search begins with."""
 
 MOST_SAMPLES = 3000
-"""Fits take no more than so many samples, drawn evenly."""
+"""The most samples in a fit, drawn evenly."""
 
 FEWEST_MOVED = 13
 """As many as the fit has parameters."""
 
 SEARCH_SAMPLES = 400
-"""It searches from everywhere with no more than so many, half of them of things that moved."""
+"""The most samples for choosing where to begin, half of them of things that moved."""
 
 PRICE = 1.5
-"""How much better than chance a map must explain what was seen, in units of what its numbers cost
-by the Bayesian information criterion. That takes samples as independent, which they are not."""
+"""How much better than chance a map must explain what was seen, in units of the cost of its
+parameters by the Bayesian information criterion. That assumes independent samples, which they are
+not."""
 
 POINTS = 24
-"""A path is taken as so many points."""
+"""Number of points along a path."""
 
 IN_REACH = (-3.0, 3.0)
-"""What was touched is not far out of reach, and neither are things that were seen beside it."""
+"""Things that were touched, and things seen beside them, are at most this far out of reach."""
 
 BOUNDS = [IN_REACH] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, -1), (-0.5, 0.5)]
 """Of the parameters of a fit, in the order that :class:`_Problem` tells."""
@@ -55,7 +56,7 @@ TINY = 1e-9
 
 @dataclass(frozen=True)
 class Contingencies:
-    """What the hand did and a thing was seen to do, n times.
+    """What the hand did and how a thing was seen to react, n times.
 
     Attributes:
         before, after: where it was seen, (n, 2), in any units of the image.
@@ -109,17 +110,17 @@ class HandEye:
 
     @property
     def is_known(self) -> bool:
-        """Whether there is a map that explains more than chance does."""
+        """Whether there is a map that is better than chance."""
         return self._map is not None
 
     @property
     def evidence(self) -> float:
-        """By how many nats the map explains what moved better than no map does."""
+        """By how many nats the map explains what moved better than no map."""
         return self._evidence
 
     @property
     def scale(self) -> float:
-        """How many metres a unit of the image is; NaN while no map is known."""
+        """Metres per unit of the image; NaN while no map is known."""
         return np.nan if self._map is None else float(abs(np.linalg.det(self._map[1:])) ** 0.5)
 
     def xy(self, places: Array) -> Array:
@@ -129,11 +130,11 @@ class HandEye:
         return np.asarray(places @ self._map[1:] + self._map[0])
 
     def fit(self, contingencies: Contingencies, random: np.random.Generator) -> bool:
-        """Learn anew from all that was seen; returns whether a map is known now.
+        """Learn again from everything seen; returns whether a map is known now.
 
         Args:
             contingencies: things and what the hand did, in any order.
-            random: for which of them are taken, where they are too many.
+            random: for choosing among them if there are too many.
         """
         n = len(contingencies)
         if n > MOST_SAMPLES:
@@ -195,10 +196,10 @@ class _Problem:
         self.price = PRICE * 13 / 2 * np.log(max(n, 2))
 
     def search(self, random: np.random.Generator) -> list[Array]:
-        """Where to begin: the best of what may be, judged by few samples.
+        """Where to begin: the best candidate maps, judged by few samples.
 
-        Every turn of the image may be, and mirrored; and whatever puts three things that moved on
-        the hand's paths, or where it ended.
+        Candidates are rotations of the image, also mirrored, and maps that put three things that
+        moved on the hand's paths, or where it ended.
         """
         few = self._thinned(random)
         maps = [*_turns(), *(few.guess(random) for _ in range(GUESSES))]
@@ -231,7 +232,7 @@ class _Problem:
         return np.vstack([scaled[0] * self._half + self._centre - self._mean @ linear, linear])
 
     def solved(self, start: Array, iterations: int) -> tuple[float, Array]:
-        """The least cost from a start on, and where it is."""
+        """The least cost reached from a start, and its parameters."""
         found = minimize(
             self.cost,
             start,
@@ -249,7 +250,7 @@ class _Problem:
         return touch + ends, by_touch + by_ends
 
     def _thinned(self, random: np.random.Generator) -> _Problem:
-        """With few samples, as many that moved as not."""
+        """The problem with few samples, half of which moved."""
         few = copy.copy(self)
         both = np.flatnonzero(self._moved), np.flatnonzero(~self._moved)
         part = [random.permutation(rows)[: SEARCH_SAMPLES // 2] for rows in both]

@@ -1,4 +1,4 @@
-"""Where things are, from images: rows of the same kind as positions, learned from play."""
+"""Objects' rows from images, like those from positions, learned from play."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
 
 FIRST_LESSON = 4
-"""Images with a change after which it learns for the first time."""
+"""Number of changed images after which it learns for the first time."""
 
 GROWTH = 1.25
-"""It learns anew when there are so many times more of them than at the last lesson."""
+"""It learns again when there are this many times more of them than at the last lesson."""
 
 SOME_CHANGE = 0.125
-"""A smaller part of the usual difference between two images may be flicker."""
+"""A smaller share of the usual difference between two images may be flicker."""
 
 IMAGE_SIZE = (320, 240)
 """Width and height of a retina."""
 
 MOVED_PIXELS = 1.0
-"""Nothing is said to have moved by less; the middle of a patch is told more finely than that."""
+"""Smaller movements are ignored; the middle of a patch is known more finely than that."""
 
 
 class ImageObjects:
-    """Sees things where they are: (x, y, z) in metres of what can be commanded.
+    """Finds things in images: (x, y, z) in metres of what can be commanded.
 
-    It is shown the images of a play in their order and told what the hand does between them. Now
-    and then it learns anew, from all of them: what is background, which things there are, and
-    where in reach of the hand is what is seen. The rows of former images change with it.
+    It gets the images of a play in order, and the hand's paths between them. Now and then it
+    learns again from all of them: the background, which things there are, and the map from the
+    image to the hand's reach. The rows of earlier images change accordingly.
 
-    What it learns depends only on the seed, the images, the paths, and the ground, which is the
-    one thing that no recording has and therefore part of its state.
+    What it learns depends only on the seed, the images, the paths, and the ground. The ground is
+    not recorded, and therefore part of its state.
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
@@ -80,7 +80,7 @@ class ImageObjects:
 
     @property
     def n_lessons(self) -> int:
-        """How often it has learned anew; rows change when this does."""
+        """How often it has learned; rows change when this does."""
         return self._n_lessons
 
     @property
@@ -89,11 +89,11 @@ class ImageObjects:
         return len(self._looks) if self._hand_eye.is_known else 0
 
     def see(self, image: Image | None, depth: NDArray[Any] | None = None) -> None:
-        """Look at the next moment of the play, and learn if there is enough that is new.
+        """Look at the next moment of the play, and learn if enough is new.
 
         Args:
             image: (240, 320, 3) uint8; None while the arm is in the way.
-            depth: (240, 320) at the same moment, where it is at hand.
+            depth: (240, 320) at the same moment, if available.
         """
         if image is not None and depth is not None:
             self.see_depth(depth)
@@ -102,11 +102,11 @@ class ImageObjects:
             self.learn()
 
     def see_depth(self, depth: NDArray[Any]) -> None:
-        """Learn of the ground from a depth image, (240, 320), the arm out of view."""
+        """Learn about the ground from a depth image, (240, 320), with the arm out of view."""
         self._ground.add(depth)
 
     def act(self, path: Array) -> None:
-        """From the last moment on the hand goes from corner to corner of a path.
+        """The hand follows a path after the last moment.
 
         Args:
             path: (k, 2) or with height (k, 3) metres.
@@ -136,7 +136,7 @@ class ImageObjects:
         self._moments.append(len(self._pictures) - 1)
 
     def learn(self) -> None:
-        """Learn anew from all that is remembered; nothing where too little has changed."""
+        """Learn again from everything remembered; does nothing if too little has changed."""
         if len(self._pictures) < FIRST_LESSON:
             return
         self._n_lessons += 1
@@ -149,9 +149,9 @@ class ImageObjects:
             self._hand_eye.fit(self._contingencies(), np.random.default_rng(self._seed))
 
     def rows(self, first: int = 0) -> Array:
-        """x, y, z of each thing at each moment from the first one on, (k, n_objects, 3) metres.
+        """x, y, z of each thing at each moment since the first, (k, n_objects, 3) metres.
 
-        A thing that is not seen is where it was seen last; NaN before it was seen at all.
+        An unseen thing stays where it was last seen; NaN before it was ever seen.
         """
         if self.n_objects == 0:
             return np.zeros((len(self._moments) - first, 0, 3))
@@ -182,7 +182,7 @@ class ImageObjects:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Know what was learned, with an empty memory."""
+        """Restore what was learned, with an empty memory."""
         self.seed(state["seed"])
         self._foreground.set_state(state["foreground"])
         self._looks.set_state(state["looks"])
@@ -235,9 +235,9 @@ class ImageObjects:
         return find_blobs(image, self._foreground.marked(image))
 
     def _seen(self, places: Array) -> Array:
-        """Places as if the ground were everywhere as far from the camera, (..., 2).
+        """Places as if the ground were equally far from the camera everywhere, (..., 2).
 
-        The farther something is, the more metres a pixel is of it.
+        The farther something is, the more metres a pixel covers.
         """
         centre = np.array([IMAGE_SIZE]) / 2
         return np.asarray((places - centre) * self._ground.distance(places)[..., None])

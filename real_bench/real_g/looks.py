@@ -14,20 +14,20 @@ from real_bench.real_g.blobs import N_COLOURS, Blob
 Array = NDArray[np.float64]
 
 ROUNDS = 20
-"""More rounds of sorting blobs and learning looks change nothing."""
+"""Rounds of sorting blobs and learning looks; more change nothing."""
 
 RARE = 0.02
-"""A look has so large a share of colours that were never seen on it."""
+"""The share of a look that goes to colours never seen on it."""
 
 PART = 0.25
-"""A blob of less than this part of the usual size is no thing, but noise."""
+"""A blob smaller than this share of the usual size is noise."""
 
 
 class Looks:
-    """Tells things apart by their colours, in an order of its own that stays.
+    """Distinguishes things by their colours, in a fixed order of its own.
 
-    That there are as many things as blobs are seen most often is all it takes from the images it
-    learns from; in those it sorts blobs to things, one to one, so that they look alike.
+    It assumes as many things as the number of blobs seen most often; in the images with that many
+    blobs it assigns blobs to things, one to one, so that they look alike.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Looks:
         return (1 - RARE) * self._colours + RARE / N_COLOURS
 
     def learn(self, images: Sequence[Sequence[Blob]]) -> None:
-        """Learn anew from the blobs of images; does nothing where there are none."""
+        """Learn again from the blobs of images; does nothing if there are none."""
         largest = [blobs[0].size for blobs in images if blobs]
         if not largest:
             return
@@ -62,7 +62,7 @@ class Looks:
             centres = np.take_along_axis(colours, order[:, :, None], 1).mean(axis=0)
             if np.array_equal(before, order):
                 break
-        if len(self) != n:  # by no chance of the first image: the redder the earlier
+        if len(self) != n:  # independent of the first image: the redder, the earlier
             rank = np.lexsort(centres.T)
             centres, order = centres[rank], order[:, rank]
         self._colours = centres

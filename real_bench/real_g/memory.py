@@ -1,9 +1,9 @@
-"""Actions that went well, told from the object, so that they serve wherever it is.
+"""Actions that went well, relative to the object, so that they apply wherever it is.
 
-A rare action that works beats what most often works a little only once it is practised: the
-second attempt at it mostly fails. So whatever goes surprisingly well founds a family, and a
-family is tried again, varied a little, as long as its latest members do well (local adaptation:
-Kim, Coninx and Doncieux 2021).
+A rare action that works well beats one that usually works a little only after practice: the second
+attempt at it mostly fails. So whatever goes surprisingly well founds a family, and a family is
+tried again, varied a little, as long as its latest members do well (local adaptation: Kim, Coninx
+and Doncieux 2021).
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from real_bench.real_g.relation import Relation, turned
 Array = NDArray[np.float64]
 
 FARTHEST, NEAREST = 0.5, 0.005
-"""Random actions: how near they begin to an object, in shares of a range."""
+"""How near to an object random actions begin, in shares of a range."""
 
 MOST_VARIED = 0.1
 """Remembered actions are varied by shares of a number's range from ``NEAREST`` to this."""
 
 REDRAWN = 0.5
-"""So many numbers of a remembered action, on average, are drawn anew in their whole range."""
+"""On average, this many numbers of a remembered action are drawn anew from their whole range."""
 
 RECENT, FEWEST = 300, 20
-"""Success is surprising compared with so many actions before; with fewer nothing is."""
+"""Success is surprising relative to this many earlier actions; with fewer nothing is."""
 
 NEAR = 0.3
-"""Situations so far apart, in ranges of their numbers, tell something of each other."""
+"""Situations this far apart, in ranges of their numbers, still inform each other."""
 
 ELSEWHERE = 10.0
-"""So many members in the same situation tell as much as all members in all situations."""
+"""All members in all situations count as much as this many in the same situation."""
 
 TINY = 1e-3
 
@@ -46,9 +46,9 @@ class Family:
     """An action that went surprisingly well, and the latest ones that were like it.
 
     Attributes:
-        founder: numbers of the first one, told from the object, (P,).
+        founder: numbers of the first one, relative to the object, (P,).
         members: such numbers, the latest last.
-        situations: where the object was and where it was to go, of each.
+        situations: where the object was and where it should go, for each.
         successes: how well each went, 0 to 1.
     """
 
@@ -67,14 +67,14 @@ class Family:
 
     @property
     def mean(self) -> float:
-        """How well its members went, with a success and a failure more than there were."""
+        """The success of its members, with one success and one failure added."""
         return (1 + sum(self.successes)) / (2 + len(self.successes))
 
     def counts(self, situations: Array) -> Array:
         """Successes and failures in n situations, (2, n).
 
-        The less like a situation is to that of a member, the less the member counts. What all
-        members did in all situations counts as much as ``ELSEWHERE`` members.
+        The less similar a member's situation is, the less the member counts. All members in all
+        situations together count as much as ``ELSEWHERE`` members.
         """
         near, success = self._nearness(situations), np.array(self.successes)
         prior = ELSEWHERE * np.array([[self.mean], [1 - self.mean]])
@@ -83,7 +83,7 @@ class Family:
     def drawn(self, situations: Array, random: np.random.Generator) -> Array:
         """A member for each of n situations, (n, P).
 
-        The better it went, and the more like its situation is, the more often.
+        Better ones, and ones in more similar situations, are drawn more often.
         """
         weights = self._nearness(situations) * self.successes + TINY
         totals = weights.cumsum(axis=1)
@@ -91,7 +91,7 @@ class Family:
         return np.asarray(np.array(self.members)[(totals <= ticket).sum(axis=1)])
 
     def _nearness(self, situations: Array) -> Array:
-        """Of n situations to each of m members', (n, m): 1 where they are the same."""
+        """Similarity of n situations to each of m members', (n, m): 1 if they are the same."""
         away = situations[:, None] - np.array(self.situations)
         return np.asarray(np.exp(-(away**2).sum(axis=2) / (2 * NEAR**2)))
 
@@ -102,10 +102,10 @@ class DeedMemory:
     Args:
         relation: of actions to objects.
         most: families that are kept.
-        latest: members by which a family is judged.
-        like: a family has all that is nearer to its founder than this share of how far two random
-            actions are from each other.
-        surprise: what went better than this share of the latest actions founds a family.
+        latest: how many of its latest members a family is judged by.
+        like: a family includes everything nearer to its founder than this share of the distance
+            of two random actions.
+        surprise: an action better than this share of the latest ones founds a family.
     """
 
     def __init__(
@@ -120,14 +120,14 @@ class DeedMemory:
         self._surprise = surprise
         deed = relation.deed
         self._range = deed.high - deed.low
-        free = {*deed.end, deed.turn}  # these are another matter: the goal's, or the object's
+        free = {*deed.end, deed.turn}  # these depend on the goal or the object
         self._form = [i for i in range(len(deed.low)) if i not in free]
         self._radius = like * np.sqrt(len(self._form) / 6)  # of uniform numbers, ranges 1
         self._recent: list[float] = []
         self.families: list[Family] = []
 
     def did(self, row: Array, numbers: Array, success: float) -> None:
-        """An action, (P,), on an object at a row, (3 or 7,), went so well, 0 to 1."""
+        """Rate an action, (P,), on an object at a row, (3 or 7,), from 0 to 1."""
         told = self._relation.told(row[None], numbers[None])[0]
         family = self._family_of(told)
         if family is None and self._is_surprising(success):
@@ -144,12 +144,12 @@ class DeedMemory:
         """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) numbers.
 
         Families are drawn by what they may be worth there (Thompson sampling). Each number of an
-        action is varied or not; how far, is drawn for each action. Now and then a number is drawn
-        anew in its whole range: a grasp that was learned by dragging low may so be lifted high.
-        Raises RealBenchError where there is no family.
+        action is varied or not; how far is drawn for each action. Now and then a number is drawn
+        anew from its whole range, so that a grasp learned by dragging is also lifted high. Raises
+        RealBenchError if there is no family.
         """
         if not self.families:
-            raise RealBenchError("nothing went well yet: there are no actions to vary")
+            raise RealBenchError("nothing went well yet: no actions to vary")
         told = self._remembered(self._situations(row, ends), random)
         n, deed = len(ends), self._relation.deed
         far = scale(n, random, MOST_VARIED)[:, None] * (random.random(told.shape) < 0.5)
@@ -175,7 +175,7 @@ class DeedMemory:
         return told
 
     def _anywhere(self, n: int, random: np.random.Generator) -> Array:
-        """Random actions, told from an object, (n, P)."""
+        """Random actions relative to an object, (n, P)."""
         deed = self._relation.deed
         told = random.uniform(deed.low, deed.high, (n, len(deed.low)))
         if deed.height is not None:
@@ -183,7 +183,7 @@ class DeedMemory:
         return told
 
     def placed(self, row: Array, told: Array) -> Array:
-        """Numbers of actions that are told from an object, at its row."""
+        """Numbers of actions given relative to an object, at its row."""
         deed = self._relation.deed
         numbers = told.copy()
         offset = told[:, deed.start]
@@ -214,7 +214,7 @@ class DeedMemory:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on with what it remembers."""
+        """Restore its memory."""
         self._recent = np.asarray(state["recent"]).tolist()
         self.families = [
             Family(
@@ -231,7 +231,7 @@ class DeedMemory:
         return known and success > float(np.quantile(self._recent, self._surprise))
 
     def _family_of(self, told: Array) -> Family | None:
-        """That of the nearest founder, if it is near enough."""
+        """The family of the nearest founder, if it is near enough."""
         if not self.families:
             return None
         away = (np.array([family.founder for family in self.families]) - told) / self._range
@@ -266,8 +266,8 @@ def pushed_from(place: Array, offsets: Array, ends: Array) -> Array:
 def aimed(relation: Relation, row: Array, ends: Array, random: np.random.Generator) -> Array:
     """Random actions to (n, 2) ends that begin near an object, (n, P).
 
-    How near is drawn, each order of magnitude as often, and so is how upright the hand is; it
-    comes as low as the object is, or higher; all other numbers are anywhere in their ranges.
+    How near is drawn with equal chances for each order of magnitude, and so is how upright the hand
+    is; it comes as low as the object is, or higher; all other numbers are uniform in their ranges.
     """
     deed, n = relation.deed, len(ends)
     numbers = random.uniform(deed.low, deed.high, (n, len(deed.low)))

@@ -21,10 +21,10 @@ SIZE = 3
 
 
 class ContingencyModel:
-    """Whether an object will go as the hand goes: an ensemble of networks.
+    """Whether an object will follow the hand: an ensemble of networks.
 
     Args:
-        seed: of all that is random in learning.
+        seed: of all randomness in learning.
     """
 
     def __init__(self, seed: int) -> None:
@@ -37,7 +37,7 @@ class ContingencyModel:
         return self._networks.trained
 
     def train(self, features: Array, contingency: Array, steps: int) -> None:
-        """Learn anew from n actions: (n, F) and (n,) from 0 to 1."""
+        """Learn from scratch from n actions: (n, F) and (n,) from 0 to 1."""
         target = torch.from_numpy(contingency.astype(np.float32))
 
         def loss(outputs: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
@@ -48,7 +48,7 @@ class ContingencyModel:
         self._networks.train(features, loss, steps)
 
     def predict(self, features: Array, member: int | None = None) -> Array:
-        """As one member expects it of n actions, (n,), or all of them on average."""
+        """The expectation of one member for n actions, (n,), or the mean of all."""
         outputs = self._networks.predict(features, member)[..., 0].sigmoid().mean(dim=0)
         return np.asarray(outputs.double().numpy())
 
@@ -78,8 +78,8 @@ class Mixture:
 class OutcomeModel:
     """Where an object will be: an ensemble of mixture density networks (Bishop 1994).
 
-    Of the K Gaussians the first half is told from where the object stays, the other half from
-    where it follows the hand.
+    The first half of the K Gaussians is relative to where the object stays, the other half to where
+    it follows the hand.
 
     Args:
         seed: of all that is random in learning.
@@ -97,12 +97,12 @@ class OutcomeModel:
         return self._networks.trained
 
     def train(self, features: Array, outcomes: Array, stays: Array, steps: int) -> None:
-        """Learn anew from n actions.
+        """Learn from scratch from n actions.
 
         Args:
-            features: what is told of each, (n, F).
-            outcomes: what came of each, (n, 3).
-            stays: the outcome that each would have had, had nothing moved, (n, 3).
+            features: of each, (n, F).
+            outcomes: the outcome of each, (n, 3).
+            stays: the outcome of each if nothing had moved, (n, 3).
             steps: of training.
         """
         if outcomes.shape != (len(features), SIZE):
@@ -146,7 +146,7 @@ class OutcomeModel:
         return logits, base + rest[:, :, :, 0], logs
 
     def _bases(self, stays: Array) -> torch.Tensor:
-        """Where the Gaussians are told from, (n, K, 3)."""
+        """The origins of the Gaussians' means, (n, K, 3)."""
         base = torch.zeros(len(stays), 2 * self._pairs, SIZE)
         stay = torch.from_numpy((stays / self._scale).astype(np.float32))
         base[:, : self._pairs] = stay[:, None]

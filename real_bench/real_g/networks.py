@@ -1,4 +1,4 @@
-"""An ensemble of small networks that learn side by side, each from its own sample of the data."""
+"""An ensemble of small networks, each learning from its own sample of the data."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.real_x.threads import fixed_threads
 
@@ -30,7 +31,7 @@ OUTLYING = 10.0
 class Ensemble:
     """Networks of two hidden layers.
 
-    Each learns from a bootstrap sample, and stops where it is best on what is not in its sample.
+    Each learns from a bootstrap sample, and stops where it is best on data outside its sample.
 
     Args:
         seed: of weights, samples and order.
@@ -55,16 +56,16 @@ class Ensemble:
 
     @fixed_threads
     def train(self, features: Array, loss: Loss, steps: int) -> None:
-        """Learn anew.
+        """Learn from scratch.
 
         Args:
             features: (n, F).
-            loss: what each member has to make small.
+            loss: what each member minimises.
             steps: of AdamW.
         """
         n = len(features)
         if n == 0 or not np.isfinite(features).all():
-            raise RealBenchError(f"networks cannot learn from {n} rows, or from what is no number")
+            raise RealBenchError(f"networks cannot learn from {counted(n, 'row')}, or from NaN")
         self._mean, self._deviation = features.mean(axis=0), features.std(axis=0)
         self._deviation = np.where(self._deviation < 1e-9, 1.0, self._deviation)
         random = torch.Generator().manual_seed(self._seed)
@@ -141,7 +142,7 @@ def _forward(layers: Layers, x: torch.Tensor) -> torch.Tensor:
 
 
 def _left_out(own: torch.Tensor, n: int, random: torch.Generator) -> torch.Tensor:
-    """As many rows for each member that are not in its sample; any where there are too few."""
+    """For each member as many rows outside its sample; any rows if there are too few."""
     rows = []
     for sample in own:
         outside = torch.ones(n, dtype=torch.bool)

@@ -1,4 +1,4 @@
-"""Where objects are, before anything is learned about what can be done to them."""
+"""Where objects are."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ it is not known."""
 
 
 class Perception(Protocol):
-    """Keeps what was seen during a play, and tells where objects were then, are, and should be.
+    """Keeps what was seen during a play, and gives where objects were, are, and should be.
 
-    An object's row is x, y, z in metres of what can be commanded, and its quaternion where that is
-    known; NaN while it has not been seen. There may be no rows yet: then the robot plays anyhow.
+    An object's row is x, y, z in metres of what can be commanded, and its quaternion if known; NaN
+    while it has not been seen. There may be no rows yet; the robot plays anyway.
     """
 
     def see(self, observation: Mapping[str, Any]) -> None:
@@ -35,19 +35,19 @@ class Perception(Protocol):
         """Whether what was seen at the last moment differs from the moment before."""
 
     def recall(self, experience: Experience, path_of: PathOf) -> None:
-        """Begin anew with all of a play."""
+        """Start over with a whole play."""
 
     def rows(self, first: int = 0) -> Array:
-        """Of each object at each moment from the first one on, (k, n_objects, 3 or 7)."""
+        """Rows of each object at each moment since the first, (k, n_objects, 3 or 7)."""
 
     def now(self, observation: Mapping[str, Any]) -> Array:
-        """Of each object in an observation, (n_objects, 3 or 7)."""
+        """Rows of each object in an observation, (n_objects, 3 or 7)."""
 
     def goal(self, observation: Mapping[str, Any]) -> Array:
         """Where each object should be, (n_objects, 3)."""
 
     def seed(self, seed: int) -> None:
-        """Of what it will learn."""
+        """Seed what it will learn."""
 
     def get_state(self) -> dict[str, Any]:
         """All of it that is not in the recording, as plain values and arrays."""
@@ -67,7 +67,7 @@ class SeenPoses:
         self._rows.append(self.now(observation))
 
     def act(self, path: Array | None) -> None:
-        """It does not matter here."""
+        """Ignored here."""
 
     def changed(self) -> bool:
         """Whether any object moved or turned."""
@@ -83,7 +83,7 @@ class SeenPoses:
         self._rows = list(rows)
 
     def rows(self, first: int = 0) -> Array:
-        """Of each object at each moment from the first one on, (k, n_objects, 7)."""
+        """Rows of each object at each moment since the first, (k, n_objects, 7)."""
         return np.array(self._rows[first:])
 
     def now(self, observation: Mapping[str, Any]) -> Array:
@@ -103,8 +103,8 @@ class SeenPoses:
         self._rows = []
 
     def get_state(self) -> dict[str, Any]:
-        """Nothing that is not in the recording."""
+        """Nothing: everything is in the recording."""
         return {}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Nothing to go on with."""
+        """Nothing to restore."""

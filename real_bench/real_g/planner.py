@@ -1,4 +1,4 @@
-"""Which action next: samples through the model, with what a trial allows later in mind."""
+"""Which action next: samples through the model, considering the actions left in a trial."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ class Choice:
 
     Attributes:
         numbers: of the action, (P,).
-        expected: how far from the goal the object ends at last, on average, metres; with all that
-            may still be done after it.
+        expected: mean distance from the goal in the end, metres, including all later actions.
         now: how far it is now.
         end: where it is expected after this action, (3,).
     """
@@ -36,21 +35,21 @@ class Choice:
 
     @property
     def gain(self) -> float:
-        """How much nearer it comes."""
+        """How much nearer the object comes."""
         return self.now - self.expected
 
 
 class Planner:
-    """Looks for the action after which an object will be nearest to a goal at last.
+    """Finds the action after which an object will be nearest to a goal in the end.
 
     An action that fails can be tried again. With n actions left after it, an outcome at distance d
     is worth min(d, f(n)), where f(n) is what can be expected of n actions like the best one:
-    f(1) the mean distance after one, f(n) the mean of min(d, f(n - 1)). So risks are taken while
-    they can be mended.
+    f(1) the mean distance after one, f(n) the mean of min(d, f(n - 1)). So it takes risks while
+    there are actions left to correct them.
 
     Args:
         relation, model: what actions do to the object.
-        samples: actions that are thought of in each round.
+        samples: candidate actions in each round.
         rounds: how often the best are varied.
     """
 
@@ -68,13 +67,13 @@ class Planner:
         propose: Propose,
         random: np.random.Generator,
     ) -> Choice:
-        """The best action of those thought of.
+        """The best of the candidate actions.
 
         Args:
             row: of the object now, (3 or 7,).
             goal: where it should be, (3,).
             left: actions that the trial allows after this one.
-            propose: thinks of actions.
+            propose: proposes actions.
             random: draws.
         """
         deed = self._relation.deed

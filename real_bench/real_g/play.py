@@ -1,7 +1,7 @@
-"""Free play: goals of its own, actions that objects are expected to follow, and what came of them.
+"""Free play: its own goals, actions that objects are expected to follow, and their outcomes.
 
-Of all it learns nothing is kept that does not follow from the seed and what happened. So where a
-run is resumed, its memory comes from the recording.
+Everything it learns follows from the seed and from what happened. So when a run is resumed, its
+memory comes from the recording.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
 MEMORY_SHARP = 2
-"""Memory takes this power of an action's contingency: only what went all the way is tried again."""
+"""Memory uses this power of an action's contingency, to repeat only what went all the way."""
 
 
 class PlaySettings(Settings):
     """How it plays.
 
     Attributes:
-        first: actions before it learns for the first time; also the fewest between two lessons.
-        growth: it learns anew when it knows so much more than at the last lesson, as a share.
-        random: the share of actions that are drawn at random near an object.
-        bred: the share of actions that are remembered ones, varied, whatever is expected of them.
-        near: the share of goals that are near where the object is.
-        candidates: actions that are thought of before one is done.
-        steps: of training a lesson takes for each action it learns from, within
+        first: actions before the first lesson; also the fewest between two lessons.
+        growth: it learns again when it has this share more actions than at the last lesson.
+        random: the share of actions drawn at random near an object.
+        bred: the share of actions that are variations of remembered ones, whatever is expected.
+        near: the share of goals near the object.
+        candidates: actions considered before one is taken.
+        steps: of training per action in a lesson, within
             ``fewest_steps`` and ``most_steps``.
-        last_steps: of training when all play is over.
+        last_steps: of training at the end of play.
     """
 
     first: int = Field(200, ge=1)
@@ -57,7 +57,7 @@ class PlaySettings(Settings):
 
 
 class Play:
-    """What was done and what came of it, and how to go on playing.
+    """What was done, its outcomes, and how to continue playing.
 
     Args:
         deed: the form of the actions.
@@ -86,7 +86,7 @@ class Play:
     def due(self, n: int) -> int:
         """From how many of n actions it should have learned.
 
-        Lessons come at the same numbers whether or not a run was cut.
+        Lessons come at the same numbers whether or not a run was interrupted.
         """
         last, following = 0, self._settings.first
         while following <= n:
@@ -95,7 +95,7 @@ class Play:
         return last
 
     def learn(self, before: Array, after: Array, numbers: Array, *, last: bool = False) -> None:
-        """Learn anew from n actions; those that are not known are left out.
+        """Learn again from n actions; unknown ones are left out.
 
         Args:
             before: all objects' rows, (n, n_objects, 3 or 7).
@@ -117,7 +117,7 @@ class Play:
                 skill.learn_outcomes(*went, s.last_steps)
 
     def recover(self, skills: Sequence[Mapping[str, Any]], lesson: int) -> None:
-        """Go on with what was learned from so many actions."""
+        """Restore what was learned from ``n`` actions."""
         self.lesson = lesson
         self.skills = [self._skill(o) for o in range(len(skills))]
         for skill, state in zip(self.skills, skills, strict=True):

@@ -1,7 +1,7 @@
-"""An action as an object sees it: where the hand comes, how it is turned, where it goes.
+"""An action relative to an object: where the hand arrives, how it is turned, where it goes.
 
-All is told in the hand's frame (its turn; a push's direction where it has none), so that what was
-learned at one place is known at every other.
+Everything is in the hand's frame (its turn, or a push's direction if it has none), so that what is
+learned at one place holds at every other.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 class Relation:
     """Turns objects' rows and actions' numbers into what a model learns from.
 
-    A row is x, y, z of an object, and its quaternion where it is known. An outcome is told as what
-    is left when the object had gone as the hand went: 0, 0 where it followed.
+    A row is x, y, z of an object, and its quaternion if known. An outcome is relative to having
+    followed the hand: 0, 0 if the object followed.
 
     Args:
         deed: the form of the actions.
@@ -31,7 +31,7 @@ class Relation:
         self._others = [i for i in range(len(deed.low)) if i not in places]
 
     def features(self, rows: Array, numbers: Array) -> Array:
-        """What is told of n actions to an object, (n, F).
+        """Features of n actions on an object, (n, F).
 
         Args:
             rows: the object before each, (n, 3 or 7).
@@ -56,7 +56,7 @@ class Relation:
         return np.concatenate(parts, axis=1)
 
     def told(self, rows: Array, numbers: Array) -> Array:
-        """Actions' numbers, (n, P), start and height told from the object, in the hand's frame."""
+        """Actions' numbers, (n, P), start and height relative to the object, in hand's frame."""
         deed, told = self.deed, numbers.copy()
         told[:, deed.start] = turned(numbers[:, deed.start] - rows[:, :2], -self.angle(numbers))
         if deed.height is not None:
@@ -75,7 +75,7 @@ class Relation:
         return np.asarray(numbers[:, self.deed.end] - numbers[:, self.deed.start])
 
     def outcome(self, before: Array, after: Array, numbers: Array) -> Array:
-        """What came of n actions, (n, 3): in the frame, how far x, y are from having followed; z.
+        """Outcomes of n actions, (n, 3): x, y in the frame relative to having followed; z.
 
         Args:
             before: rows of the object, (n, 3 or 7).
@@ -100,23 +100,23 @@ class Relation:
         return np.column_stack([way, np.zeros(len(way))])
 
     def contingency(self, before: Array, after: Array, numbers: Array) -> Array:
-        """How much the object went as the hand went, (n,).
+        """How much the object followed the hand, (n,).
 
-        It is 1 where it went by the same way, and 0 where it went not more so than by staying.
+        1 if it moved by the same vector, 0 if it is no nearer to that than by staying.
         """
         left = after[:, :2] - before[:, :2] - self.way(numbers)
         return following(np.linalg.norm(left, axis=1), np.linalg.norm(self.way(numbers), axis=1))
 
 
 FINE = 0.03
-"""Offsets are told twice: once so that those below this share of the range are told apart."""
+"""Offsets are given twice: once scaled to resolve those below this share of the range."""
 
 SHARP = 3
-"""Power of the share that is followed: to follow all the way is worth much more than in part."""
+"""Power of the share followed: following all the way is worth much more than in part."""
 
 
 def following(left: Array, way: Array) -> Array:
-    """1 where nothing is left of the hand's way, 0 where all of it is, or more."""
+    """1 if nothing is left of the hand's way, 0 if all of it is left, or more."""
     return np.clip(1 - left / np.maximum(way, np.finfo(float).tiny), 0.0, 1.0) ** SHARP
 
 
@@ -128,9 +128,9 @@ def turned(vectors: Array, angle: Array) -> Array:
 
 
 def orientation(quaternions: Array, angle: Array) -> Array:
-    """How bodies lie in frames, (n, 11), the same if a body is turned by half a turn.
+    """Orientations of bodies in frames, (n, 11), invariant to half a turn of a body.
 
-    Of each of its three axes the double angle in the plane and the height; of all three the
+    For each of its three axes the double angle in the plane and the height; for all three the
     fourfold angle, which is the same for a body with four equal sides.
     """
     x, y, z, w = quaternions.T

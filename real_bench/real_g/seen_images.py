@@ -1,4 +1,4 @@
-"""Objects' rows from what image conditions observe (conditions with I)."""
+"""Objects' rows from images (conditions with I)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class SeenImages:
         return self._objects.changed()
 
     def recall(self, experience: Experience, path_of: Callable[[Action], Array | None]) -> None:
-        """Begin anew with all of a play; raises RecordingError."""
+        """Start over with a whole play; raises RecordingError."""
         home = iter(is_home(experience.joint_positions).tolist())
         paths = dict(zip(experience.preconditions.tolist(), range(len(experience)), strict=True))
         moments = iter(range(experience.n_states))
@@ -59,15 +59,15 @@ class SeenImages:
         self._objects.learn()
 
     def rows(self, first: int = 0) -> Array:
-        """Of each object at each moment from the first one on, (k, n_objects, 3)."""
+        """Rows of each object at each moment since the first, (k, n_objects, 3)."""
         return self._objects.rows(first)
 
     def now(self, observation: Mapping[str, Any]) -> Array:
-        """Of each object in an observation, (n_objects, 3); NaN where it is not seen."""
+        """Rows of each object in an observation, (n_objects, 3); NaN if it is not seen."""
         return self._objects.look(observation["retina"])
 
     def goal(self, observation: Mapping[str, Any]) -> Array:
-        """Where each object should be, (n_objects, 3); NaN where the goal does not show it."""
+        """Where each object should be, (n_objects, 3); NaN if the goal does not show it."""
         return self._objects.look(observation["goal"])
 
     def seed(self, seed: int) -> None:
@@ -79,5 +79,5 @@ class SeenImages:
         return self._objects.get_state()
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Know it."""
+        """Restore it."""
         self._objects.set_state(state)

@@ -1,4 +1,4 @@
-"""What the robot knows to do to one object: a memory of actions, and a model of what they do."""
+"""A skill with one object: a memory of actions, and a model of what they do."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from real_bench.real_g.relation import Relation
 Array = NDArray[np.float64]
 
 UNVARIED_SHARE = 0.3
-"""This share of what it thinks of does not come from memory."""
+"""The share of candidate actions that do not come from memory."""
 
 FEWEST = 30
-"""It learns nothing from fewer actions."""
+"""The fewest actions to learn from."""
 
 
 class Skill:
-    """Thinks of actions for an object, and of what comes of them.
+    """Proposes actions for an object, and predicts their outcomes.
 
     Args:
         relation: of actions to objects.
@@ -43,7 +43,7 @@ class Skill:
         return self.contingency.trained
 
     def learn(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
-        """Learn anew what the object follows, from n actions.
+        """Learn again what the object follows, from n actions.
 
         Args:
             before: the object's rows, (n, 3 or 7).
@@ -57,7 +57,7 @@ class Skill:
         self.contingency.train(self.relation.features(before, numbers), followed, steps)
 
     def learn_outcomes(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
-        """Learn anew where the object ends; arguments as of :meth:`learn`."""
+        """Learn again where the object ends; arguments as in :meth:`learn`."""
         if len(before) < FEWEST:
             return
         relation = self.relation
@@ -69,7 +69,7 @@ class Skill:
         )
 
     def think(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
-        """N actions for an object at a row, (n, P), the hand to end at (n, 2) places."""
+        """N actions for an object at a row, (n, P), that end the hand at (n, 2) places."""
         if not self.learned or not self.memory.families:
             return aimed(self.relation, row, ends, random)
         n_new = int(len(ends) * UNVARIED_SHARE)
@@ -83,8 +83,8 @@ class Skill:
     def most_contingent(self, row: Array, numbers: Array, random: np.random.Generator) -> int:
         """Which of n actions one member of the ensemble expects the object to follow most.
 
-        The member is drawn anew each time (Thompson sampling): they agree on what is known, and
-        each hopes for something else of what is not.
+        The member is drawn each time (Thompson sampling): members agree on what is known, and
+        differ in their hopes about the rest.
         """
         rows = np.tile(row, (len(numbers), 1))
         member = int(random.integers(self.contingency.members))

@@ -1,7 +1,7 @@
 """The parts of the REAL-X architecture (paper, section REAL-X blueprint).
 
-Explorer, triplets, abstraction and planner work on plain arrays; perception reads them from what
-the benchmark shows, and the architecture puts them together to a controller.
+Explorer, triplets, abstraction and planner work on plain arrays; perception makes these from
+observations, and the architecture combines all parts into a controller.
 """
 
 from real_bench.real_x.abstraction import N_LEVELS, DynamicAbstraction

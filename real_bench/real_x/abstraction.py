@@ -15,7 +15,7 @@ N_LEVELS = 200
 
 @dataclass(frozen=True)
 class DynamicAbstraction:
-    """How far apart two states may be and still count as the same, level by level.
+    """The distance up to which two states count as the same, level by level.
 
     At level l two states are the same when they differ by less than ``thresholds[l, v]`` in every
     variable v. Levels are counted from 0, the finest; the paper counts them from 1.
@@ -38,10 +38,10 @@ class DynamicAbstraction:
 
     @classmethod
     def learn(cls, triplets: Triplets, n_levels: int = N_LEVELS) -> DynamicAbstraction:
-        """The thresholds that experience gives: ranked differences, at equal intervals of rank.
+        """The thresholds from experience: ranked differences, at equal intervals of rank.
 
-        For each variable on its own, |s - s'| of all triplets is sorted; level 0 takes the
-        smallest, the last level the largest. Without triplets nothing is the same as anything.
+        For each variable separately, |s - s'| of all triplets is sorted; level 0 takes the
+        smallest, the last level the largest. Without triplets no two states are the same.
         """
         if n_levels < 2:
             raise RealBenchError(f"a dynamic abstraction needs at least 2 levels, not {n_levels}")
@@ -67,20 +67,20 @@ class DynamicAbstraction:
         return int(self.thresholds.shape[1])
 
     def same_from(self, differences: NDArray[np.float64]) -> NDArray[np.int64]:
-        """From which level on states count as the same, given how they differ.
+        """The first level at which states count as the same, given their differences.
 
         Args:
             differences: |s1 - s2| of n pairs, (n, V).
 
         Returns:
-            The lowest level a pair, (n,); L where they differ at every level.
+            The lowest level for each pair, (n,); L if they differ at every level.
         """
         return self._rank(differences, "right")
 
     def effective_below(self, differences: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Below which level actions are effective, given |s - s'| of each, (n, V) to (n,).
+        """The level below which actions are effective, given |s - s'| of each, (n, V) to (n,).
 
-        An action is effective at a level where its start and outcome differ by more than the
+        An action is effective at a level if its start and outcome differ by more than the
         threshold in any variable (paper, section Results).
         """
         return self._rank(differences, "left")

@@ -1,7 +1,7 @@
 """The blueprint of all REAL-X controllers (paper, section REAL-X blueprint, algorithm 1).
 
-It explores and lets the benchmark record; then it turns the triplets into states, abstracts them,
-and plans for each goal, anew after every action.
+It explores while the benchmark records; then it turns the triplets into states, abstracts them,
+and plans for each goal, again after every action.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pydantic import Field
 from real_bench.actions import ACTION_STEPS, Action
 from real_bench.controller import Controller, ControllerState
 from real_bench.controls import control_of
+from real_bench.counting import counted
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
@@ -28,7 +29,7 @@ from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
 from real_bench.settings import Settings
 
-if TYPE_CHECKING:  # torch is for those who are curious
+if TYPE_CHECKING:  # torch is only needed for curiosity
     from real_bench.real_x.curiosity import Curiosity
 
 Abstractor = Callable[[Triplets], DynamicAbstraction]
@@ -38,7 +39,7 @@ class AbstractionSettings(Settings):
     """Settings of the Dynamic Abstraction.
 
     Attributes:
-        levels: L, how many levels of abstraction there are.
+        levels: L, the number of levels of abstraction.
     """
 
     levels: int = Field(default=N_LEVELS, ge=2, le=100_000)
@@ -48,7 +49,7 @@ class PlannerSettings(Settings):
     """Settings of the planner.
 
     Attributes:
-        depth: the most actions a plan may have; never more than a trial has left of its ten.
+        depth: the most actions in a plan; never more than the trial has left of its ten.
     """
 
     depth: int = Field(DEPTH, ge=1, le=DEPTH)
@@ -61,8 +62,8 @@ class RealX(Controller):
         action_space, observation_space: of the condition.
         perception: what states are made of.
         abstractor: makes levels of abstraction from triplets.
-        depth: the most actions a plan may have.
-        curiosity: chooses among random actions at play; without it the first one is done.
+        depth: the most actions in a plan.
+        curiosity: chooses among random actions at play; without it the first one is taken.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class RealX(Controller):
             self._curiosity.seed(seed)
 
     def get_state(self) -> ControllerState:
-        """Where in its random sequence it is, and what it has learned to see."""
+        """Its place in its random sequence, and what it has learned to see."""
         state: ControllerState = {
             "random": self._random.bit_generator.state,
             "perception": self._perception.get_state(),
@@ -108,12 +109,12 @@ class RealX(Controller):
             self._curiosity.set_state(state["curiosity"])
 
     def resume_intrinsic_phase(self, experience: Experience) -> None:
-        """Remember what was done before the cut."""
+        """Remember what was done before the interruption."""
         if self._curiosity is not None:
             self._curiosity.recall(experience)
 
     def use_experience(self, experience: Experience) -> None:
-        """Abstract the triplets and make a planner of those that can be planned with."""
+        """Abstract the triplets, and make a planner from those that can be planned with."""
         self._experience = experience
         self._whole = plannable(experience)
         triplets = self._perception.triplets(experience)
@@ -121,16 +122,16 @@ class RealX(Controller):
         self._planner = Planner(whole, self._abstractor(whole))
 
     def start_extrinsic_phase(self) -> None:
-        """The tests begin; raises ControllerError where there is nothing to plan with."""
+        """The tests begin; raises ControllerError if there is nothing to plan with."""
         if self._planner is None:
-            raise ControllerError("it plans with what it went through: give it a --run")
+            raise ControllerError("it plans with recorded experience: give a recording with --run")
 
     def start_extrinsic_trial(self) -> None:
         """All of a trial's actions are left."""
         self._actions_left = TRIAL_STEPS // ACTION_STEPS
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
-        """At play: whatever the explorer wants. In a trial: the first action of a new plan."""
+        """At play: an action of the explorer. In a trial: the first action of a new plan."""
         if self._planner is None or self._actions_left is None:
             return self._explore(observation)
         state, goal = self._perception.state(observation), self._perception.goal(observation)
@@ -169,7 +170,7 @@ class RealX(Controller):
         return self._experience.action(int(self._whole[triplet]))
 
     def _rest(self) -> Action:
-        """Nothing, for one action."""
+        """No command for one action."""
         return control_of(self.action_space).rest()
 
 
@@ -179,4 +180,4 @@ def _title(plan: Plan) -> str:
     if plan.is_at_goal:
         return f"at the goal on level {plan.level}: rests"
     n = len(plan.triplets)
-    return f"level {plan.level}: {n} action{'s' * (n > 1)}, {plan.n_expanded} nodes"
+    return f"level {plan.level}: {counted(n, 'action')}, {plan.n_expanded} nodes"

@@ -14,7 +14,7 @@ Image = NDArray[np.uint8]
 
 
 class Background:
-    """What does not change much from image to image, found by OpenCV's MOG2.
+    """The parts that change little from image to image, found by OpenCV's MOG2.
 
     Args:
         images: (n, height, width, 3) uint8, at least two, in the order of their time.
@@ -23,7 +23,7 @@ class Background:
     def __init__(self, images: Sequence[Image] | Image) -> None:
         if len(images) < 2:
             raise RealBenchError(
-                f"a background is learned from 2 images or more, not {len(images)}"
+                f"learning a background needs at least 2 images, not {len(images)}"
             )
         self._model = cv2.createBackgroundSubtractorMOG2(history=len(images))
         for image in images:

@@ -13,12 +13,12 @@ from real_bench.real_x.threads import fixed_threads
 from real_bench.real_x.triplets import Triplets
 
 SHARE_OF_LARGEST = 0.01
-"""A state has changed where it differs by more than this share of the largest difference."""
+"""A state has changed if it differs by more than this share of the largest difference."""
 
 HIDDEN, BATCH, RATE = 128, 64, 1e-3
 
 STEPS = 1500
-"""How many steps of Adam a training takes, however few actions there are."""
+"""Steps of Adam per training, however few actions there are."""
 
 
 def changed(triplets: Triplets) -> NDArray[np.bool_]:
@@ -31,8 +31,8 @@ def changed(triplets: Triplets) -> NDArray[np.bool_]:
 class ChangePredictor:
     """A network from a state and an action to whether the state will change.
 
-    An action is given as what is commanded at one or more moments; it is expected to change
-    something if it is at any of them. So what was learned of a posture is known at every moment.
+    An action is given as its commands at one or more moments; it is expected to change something
+    if any of them is. So what was learned about a posture holds at every moment.
 
     Args:
         seed: of the first weights and of the order of training.
@@ -51,11 +51,11 @@ class ChangePredictor:
         actions: NDArray[np.float64],
         change: NDArray[np.bool_],
     ) -> None:
-        """Learn anew.
+        """Learn from scratch.
 
         Args:
             states: before each action, (n, V).
-            actions: what is commanded at k moments of each, (n, k, size).
+            actions: the commands at k moments of each, (n, k, size).
             change: whether it changed the state, (n,).
         """
         inputs = _joined(states, actions)
@@ -106,7 +106,7 @@ class ChangePredictor:
 
 
 def _joined(states: NDArray[np.float64], actions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """States beside every moment of actions, (n, k, V + size)."""
+    """States joined with every moment of actions, (n, k, V + size)."""
     if states.ndim != 2 or actions.ndim != 3 or len(states) != len(actions):
         raise RealBenchError(
             f"a change predictor needs as many states (n, V) as actions (n, k, size), "

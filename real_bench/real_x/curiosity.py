@@ -1,4 +1,4 @@
-"""Intrinsic motivation: doing what is expected to change something (paper, section REAL-ILD)."""
+"""Intrinsic motivation: do what is expected to change something (paper, section REAL-ILD)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from real_bench.settings import Settings
 CANDIDATES_AT_ONCE = 20
 
 MOMENTS = np.arange(50, 851, 50)
-"""The steps of an action at which the predictor is told what is commanded."""
+"""The steps of an action at which the predictor gets the commands."""
 
 log = logging.getLogger(__name__)
 
@@ -32,10 +32,10 @@ class CuriositySettings(Settings):
     """How the change predictor guides exploration; the first two defaults are the paper's.
 
     Attributes:
-        every: actions between two trainings; so many random ones come first.
-        candidates: the most actions that are thought of before one is done.
-        latent: variables that its VAE squeezes an image into.
-        eye, vae: what it sees with, learned anew at every training.
+        every: actions between two trainings; the first ones are random.
+        candidates: the most actions to consider before one is taken.
+        latent: latent variables of its VAE.
+        eye, vae: how it sees, learned from scratch at every training.
         steps: of the change predictor's training.
     """
 
@@ -50,8 +50,8 @@ class CuriositySettings(Settings):
 class Curiosity:
     """Chooses among proposed actions the first one that is predicted to change what is seen.
 
-    What it learns depends on nothing but the seed and what happened up to then. So its memory is
-    not part of a controller's state: where a run is resumed, it comes from the recording.
+    What it learns depends only on the seed and the play so far. So its memory is not part of a
+    controller's state: when a run is resumed, it comes from the recording.
 
     Args:
         settings: how often it learns, how much it thinks of, how it sees.
@@ -110,13 +110,13 @@ class Curiosity:
         return action
 
     def _see(self, observation: Mapping[str, Any]) -> None:
-        if len(self._preconditions) > len(self._outcomes):  # it acted: this is what came of it
+        if len(self._preconditions) > len(self._outcomes):  # it acted: this is the outcome
             self._outcomes.append(len(self._images))
         self._images.append(self._eyes.shrink(observation["retina"]))
         self._home.append(bool(is_home(observation["joint_positions"])))
 
     def _learn(self, n: int) -> None:
-        """Learn anew from the first n actions."""
+        """Learn again from the first n actions."""
         log.info("learning what %d actions changed", n)
         before, after = self._preconditions[:n], self._outcomes[:n]
         images = np.array(self._images[: after[-1] + 1])

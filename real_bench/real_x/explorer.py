@@ -18,7 +18,7 @@ class RandomExplorer:
 
     Args:
         action_space: of the condition; a dict of boxes.
-        random: where the draws come from.
+        random: the generator for drawing.
     """
 
     def __init__(self, action_space: Any, random: np.random.Generator) -> None:

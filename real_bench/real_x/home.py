@@ -9,8 +9,7 @@ from real_bench.actions import ACTION_STEPS
 from real_bench.recording import Experience
 
 AWAY_RADIANS = 0.1
-"""How far a joint may be from the home posture, where every angle is 0, for the arm not to be seen.
-
+"""The largest joint angle (at home all are 0) at which the arm is still out of view.
 With joint actions the 150 steps at the end are not always enough to come home. Measured on images
 after which no object had moved: beyond 0.1 they differ in hundreds of pixels, below in single ones.
 """
@@ -24,7 +23,8 @@ def is_home(joint_positions: ArrayLike) -> NDArray[np.bool_]:
 def plannable(experience: Experience) -> NDArray[np.int64]:
     """Which actions can be planned with, (k,) row numbers.
 
-    Not those that the end of the phase cut short, nor those with the arm in view before or after.
+    Excluded are actions truncated by the end of the phase, and those with the arm in view before or
+    after.
     """
     home = is_home(experience.joint_positions)
     out_of_view = home[experience.preconditions] & home[experience.outcomes]

@@ -20,7 +20,7 @@ from real_bench.recording import Experience
 from real_bench.settings import Settings
 
 LATENT_AN_OBJECT = 7
-"""Latent variables an object, as in the paper."""
+"""Latent variables per object, as in the paper."""
 
 PAPER_PIXELS = 320 * 240
 
@@ -30,18 +30,18 @@ log = logging.getLogger(__name__)
 
 
 class VAESettings(Settings):
-    """How the VAE is made and trained.
+    """Size and training of the VAE.
 
-    With the paper's weight of reconstruction and prior, codes of places far apart are crowded into
-    the prior's unit ball, in folds once training has come far. With a heavier reconstruction they
-    keep their distances, and a few epochs are enough.
+    With the paper's weights of reconstruction and prior, codes of distant places are crowded into
+    the prior's unit ball, and folded after long training. With a heavier reconstruction they keep
+    their distances, and a few epochs are enough.
 
     Attributes:
         hidden: units of each hidden layer; the paper's are 512.
-        steps: of Adam, however few images there are; the last epoch is whole. The paper's 30 epochs
-            are 3,540.
-        batch, rate: of Adam; the paper's are 128 and, we take it, 0.001.
-        weight: of reconstruction against the prior, 1 in the paper; a cell counts for as many of
+        steps: of Adam, however few images there are; the last epoch is completed. The paper's 30
+            epochs are 3,540.
+        batch, rate: of Adam; the paper's are 128 and, we assume, 0.001.
+        weight: of reconstruction relative to the prior, 1 in the paper; a cell counts as many of
             the paper's pixels as it covers.
     """
 
@@ -60,7 +60,7 @@ class SightSettings(Settings):
 
 
 class Latents:
-    """Sees images through a background and a VAE that both are learned from experience.
+    """Encodes images with a background and a VAE, both learned from experience.
 
     Args:
         eye, vae: settings.
@@ -73,7 +73,7 @@ class Latents:
         self._learned_from = 0
 
     def seed(self, seed: int) -> None:
-        """Of the VAE's first weights and training."""
+        """Seed the VAE's initial weights and training."""
         self._seed = seed
 
     def state(self, observation: Mapping[str, Any]) -> StateVector:
@@ -85,13 +85,13 @@ class Latents:
         return self.code(self.shrink(observation["goal"]))
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Codes tell no positions."""
+        """None: codes hold no positions."""
         return None
 
     def triplets(self, experience: Experience) -> Triplets:
-        """The codes before and after each action, learned first where they are not yet.
+        """The codes before and after each action; learns to encode first if needed.
 
-        What was learned from less, before play went on, is learned anew.
+        What was learned from less experience, before play continued, is learned again.
         """
         images = experience.map_images(self.shrink)
         if self._vae is None or self._learned_from != len(images):
@@ -110,7 +110,7 @@ class Latents:
         Args:
             images: (n, height, width, 3) in the order of their time.
             n_latent: variables of a code.
-            report: told of each epoch, how many there are, and its mean loss.
+            report: called with each epoch, their number, and the mean loss.
 
         Returns:
             Their codes, (n, n_latent).
@@ -135,7 +135,7 @@ class Latents:
         return code
 
     def get_state(self) -> dict[str, Any]:
-        """What the VAE has learned; the background is learned anew from the run's images."""
+        """What the VAE has learned; the background is learned again from the run's images."""
         learned = {} if self._vae is None else self._vae.weights()
         return {
             "seed": self._seed,
@@ -145,7 +145,7 @@ class Latents:
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on with what was learned before, unless it was learned with other settings."""
+        """Use what was learned before, unless it was learned with other settings."""
         self._seed = state["seed"]
         weights = state["vae"]
         if weights and state["settings"] == self._settings():
@@ -155,7 +155,7 @@ class Latents:
 
     def _encode(self, foregrounds: NDArray[np.float32]) -> NDArray[np.float64]:
         if self._vae is None:
-            raise RealBenchError("the VAE has learned nothing yet")
+            raise RealBenchError("the VAE is not trained yet")
         return self._vae.encode(foregrounds)
 
     def _settings(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 FINEST = 1e-8
-"""States are divided by no less than this part of the largest, so that rounding stays small."""
+"""Smallest divisor of states, as a share of the largest state, to keep rounding small."""
 
 ROUNDING = 1e-6
 
@@ -31,7 +31,7 @@ class Neighbours:
         thresholds: NDArray[np.float64],
     ) -> None:
         self._states, self._thresholds = states, thresholds
-        # Where a threshold is 0 no two states are the same, not even identical ones.
+        # With a threshold of 0 no two states are the same, not even identical ones.
         self._nodes = nodes if (thresholds > 0).all() else nodes[:0]
         finest = FINEST * np.abs(states).max(initial=0.0)
         self._scale = np.maximum(thresholds, finest or 1.0)

@@ -1,4 +1,4 @@
-"""What the Planner's states are made of, before anything is learned about them."""
+"""How observations become the Planner's states."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ from real_bench.recording import Experience
 StateVector = NDArray[np.float64]
 
 COPIES = 7
-"""As many copies of its states as making a planner takes at its peak, outcomes included."""
+"""Copies of the states that making a planner takes at its peak, outcomes included."""
 
 MOST_BYTES = 1_300_000_000
 """For these; with the planner's indices it all stays within 2 GB."""
 
 
 class Perception(Protocol):
-    """Turns what is seen into state vectors of V variables."""
+    """Turns observations into state vectors of V variables."""
 
     def state(self, observation: Mapping[str, Any]) -> StateVector:
         """The present state, (V,)."""
 
     def goal(self, observation: Mapping[str, Any]) -> StateVector:
-        """The state that is asked for, (V,)."""
+        """The goal state, (V,)."""
 
     def triplets(self, experience: Experience) -> Triplets:
-        """What the robot went through, in states."""
+        """The experience as states."""
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Objects' x, y in (k, V) states, (k, n_objects, 2) metres, where these tell them."""
+        """Objects' x, y in (k, V) states, (k, n_objects, 2) metres; None if not in the states."""
 
     def seed(self, seed: int) -> None:
-        """Of what it will learn."""
+        """Seed what it will learn."""
 
     def get_state(self) -> dict[str, Any]:
         """What it has learned, as plain values and arrays."""
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go on with what it has learned."""
+        """Use what was learned before."""
 
 
 class _Unlearned:
@@ -59,7 +59,7 @@ class _Unlearned:
         return {}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Nothing to go on with."""
+        """Nothing to restore."""
 
 
 class ObjectPositions(_Unlearned):
@@ -80,16 +80,16 @@ class ObjectPositions(_Unlearned):
         return Triplets(before[:, :, :2].reshape(n, size), after[:, :, :2].reshape(n, size))
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """The states, an object a row."""
+        """The states, one row per object."""
         return states.reshape(len(states), states.shape[1] // 2, 2)
 
 
 class BlurredImages(_Unlearned):
-    """States are the camera images themselves, seen out of focus, grey and small.
+    """States are the camera images themselves, blurred, grey and small.
 
-    In a sharp image most pixels are left exactly as they are by most actions, so at most levels
-    their threshold is 0, at which nothing counts as the same: REAL-D finds no plan. Out of focus
-    every cell feels every push, as a coordinate does. Nothing here is learned.
+    In a sharp image most actions leave most pixels exactly as they are, so at most levels their
+    threshold is 0, at which nothing counts as the same: REAL-D finds no plan. In a blurred image
+    every push affects every cell, as it does a coordinate. Nothing here is learned.
 
     Args:
         width, height: of the image, in cells.
@@ -122,14 +122,14 @@ class BlurredImages(_Unlearned):
         return Triplets(states[experience.preconditions], states[experience.outcomes])
 
     def positions(self, states: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Images tell no positions."""
+        """None: images hold no positions."""
         return None
 
     def _cells(self, image: NDArray[np.uint8]) -> StateVector:
         grey = Image.fromarray(image).convert("F")
         small = grey.resize((self._width, self._height), Image.Resampling.BOX)
         cells = np.asarray(small, np.float64)
-        if self._blur > 0:  # reaching as far as the image does, so that every cell feels it
+        if self._blur > 0:  # the kernel covers the image, so that every cell is affected
             reach = max(self._width, self._height)
             cells = gaussian_filter(cells, self._blur, mode="nearest", radius=reach)
         return np.ravel(cells)

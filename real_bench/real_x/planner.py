@@ -18,17 +18,17 @@ DEPTH = 10
 """As many actions as a trial has."""
 
 INDEX_BYTES = 500_000_000
-"""Indices of neighbours are kept for as many levels as fit in this."""
+"""Neighbour indices are kept for as many levels as fit in this many bytes."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What the planner found.
+    """The outcome of planning.
 
     Attributes:
-        level: at which it was found, from 0; None where there is no plan at any level.
-        triplets: numbers of the triplets whose actions lead to the goal, the first one first;
-            empty where the present state already is the goal, or there is no plan.
+        level: at which the plan was found, from 0; None if there is no plan at any level.
+        triplets: numbers of the triplets whose actions lead to the goal, in order; empty if the
+            present state already is the goal, or if there is no plan.
         n_expanded: how many nodes were expanded, over all levels that were tried.
     """
 
@@ -45,11 +45,11 @@ class Plan:
 class Planner:
     """Finds sequences of experienced actions that lead from a state to a goal.
 
-    Which plan: of the finest level that has one, one with the fewest actions, and of those one
-    that ends nearest to the goal (L1). The order of the triplets does not matter.
+    It takes a plan of the finest level that has one, with the fewest actions, and of those one that
+    ends nearest to the goal (L1). The order of the triplets does not matter.
 
     Args:
-        triplets: what the robot went through.
+        triplets: the experience.
         abstraction: its levels; :meth:`DynamicAbstraction.fixed` makes it REAL-T's planner.
     """
 
@@ -75,7 +75,7 @@ class Planner:
     def plan(self, state: ArrayLike, goal: ArrayLike, depth: int = DEPTH) -> Plan:
         """A plan from a state to a goal, both (V,), of at most ``depth`` actions.
 
-        At every level it is first asked whether the state already counts as the goal. The last
+        At every level it first checks whether the state already counts as the goal. The last
         outcome of a plan is nearer to the goal (L1) than the state is.
         """
         here, there = self._vector(state, "state"), self._vector(goal, "goal")
@@ -99,7 +99,7 @@ class Planner:
         return Plan(at_goal_from if at_goal_from < n_levels else None, (), n_expanded)
 
     def _levels_with(self, same_from: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """At which levels there is an effective action whose state is the same from a level on."""
+        """The levels with an effective action whose state counts as the same there."""
         n_levels = self.abstraction.n_levels
         some = same_from < self._effective_below
         begin = np.bincount(same_from[some], minlength=n_levels + 1)
@@ -114,7 +114,7 @@ class Planner:
         gaps: NDArray[np.float64],
         depth: int,
     ) -> tuple[list[int], int]:
-        """A* at one level; a node is a triplet: having done its action, one is at its outcome."""
+        """A* at one level; a node is a triplet: after its action the state is its outcome."""
         neighbours = self._neighbours_at(level)
         # No action, from wherever it counts as possible, comes farther than this.
         longest_step = self._longest + float(self.abstraction.thresholds[level].sum())

@@ -1,4 +1,4 @@
-"""A* where every step costs the same and the number of steps is limited."""
+"""A* with equal step costs and a limited number of steps."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def shortest_path(
     successors: Successors,
     depth: int,
 ) -> tuple[list[int], int]:
-    """A path of at most ``depth`` nodes with the least number of nodes plus estimate at its end.
+    """A path of at most ``depth`` nodes that minimises its length plus the estimate at its end.
 
     Args:
         firsts: nodes where a path may begin.
@@ -29,7 +29,7 @@ def shortest_path(
         depth: the most nodes a path may have.
 
     Returns:
-        The nodes of the path, none where there is no path; and how many nodes were expanded.
+        The nodes of the path, empty if there is none; and how many nodes were expanded.
     """
     best = np.full(len(estimates), depth + 1)  # fewest nodes of a path to each
     parents = np.full(len(estimates), -1)

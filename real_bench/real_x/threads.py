@@ -1,4 +1,4 @@
-"""The same bits whatever number of threads torch was told to use."""
+"""The same bits whatever torch's number of threads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ THREADS = 1
 
 
 def fixed_threads(function: Callable[P, R]) -> Callable[P, R]:
-    """Compute with THREADS threads: other numbers add in another order."""
+    """Compute with THREADS threads: other numbers change the order of sums."""
 
     @functools.wraps(function)
     def with_them(*arguments: P.args, **named: P.kwargs) -> R:

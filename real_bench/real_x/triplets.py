@@ -1,4 +1,4 @@
-"""What the robot went through, as plain arrays (paper, section REAL-X blueprint, Explorer)."""
+"""Experience as plain arrays (paper, section REAL-X blueprint, Explorer)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from real_bench.errors import RealBenchError
 
 @dataclass(frozen=True)
 class Triplets:
-    """Preconditions s and outcomes s' of n actions; which actions they were is a row number.
+    """Preconditions s and outcomes s' of n actions; the row number says which action it was.
 
     Attributes:
         states: the preconditions, (n, V) finite numbers.

@@ -16,11 +16,11 @@ from real_bench.errors import RealBenchError
 from real_bench.real_x.threads import fixed_threads
 
 LEAST_CELL = 1e-5
-"""No cell is expected to be emptier than this, nor fuller than 1 less it."""
+"""Expected cell values are kept this far from 0 and 1."""
 
 Weights = dict[str, NDArray[np.float32]]
 OnTraining = Callable[[int, int, float], None]
-"""Told of an epoch (from 0), how many there are, and its mean loss."""
+"""Called with an epoch (from 0), their number, and the mean loss."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class Training:
 
     Attributes:
         epochs: how often every image is seen.
-        batch: how many images a step of Adam sees.
-        rate: of Adam's learning.
-        weight: of each input's reconstruction against the prior.
+        batch: images per step of Adam.
+        rate: Adam's learning rate.
+        weight: of each input's reconstruction relative to the prior.
     """
 
     epochs: int
@@ -41,16 +41,16 @@ class Training:
 
 
 class VAE:
-    """One hidden layer each way, as in the paper; inputs are images of values from 0 to 1.
+    """One hidden layer each way, as in the paper; inputs are images with values from 0 to 1.
 
-    The same seed, images and device give the same weights, bit for bit; so it always computes with
-    the same number of threads.
+    The same seed, images and device give the same weights, bit for bit; therefore it always
+    computes with the same number of threads.
 
     Args:
         n_inputs: cells of an image.
-        n_latent: variables that it is squeezed into.
+        n_latent: latent variables.
         n_hidden: units of the hidden layers.
-        seed: of the first weights and of all that is drawn in training.
+        seed: of the initial weights and of all draws in training.
     """
 
     def __init__(self, n_inputs: int, n_latent: int, n_hidden: int, seed: int) -> None:
@@ -107,7 +107,7 @@ class VAE:
         }
 
     def set_weights(self, weights: Mapping[str, NDArray[np.float32]]) -> None:
-        """Go on with what another one has learned; raises RealBenchError if it does not fit."""
+        """Load the weights of another VAE; raises RealBenchError if they do not fit."""
         tensors = {name: torch.from_numpy(np.array(values)) for name, values in weights.items()}
         try:
             self._network.load_state_dict(tensors)
@@ -130,9 +130,9 @@ class _Network(nn.Module):
         self.register_buffer("scale", torch.ones(()))
 
     def begin_at(self, images: torch.Tensor) -> None:
-        """Let it see how images differ from their mean, and draw the mean before it has learned.
+        """Start from the images' mean: encode deviations from it, and decode to it at first.
 
-        So it need not spend its first epochs on what all images have in common.
+        So the first epochs are not spent on what all images have in common.
         """
         mean = images.mean(dim=0)
         scale = (images - mean).std(correction=0)

@@ -1,4 +1,4 @@
-"""A recording as plain arrays for training: one row a triplet."""
+"""A recording as plain arrays for training: one row per triplet."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def table_of(recording: Recording) -> dict[str, NDArray[Any]]:
 
 
 def _actions_of(recording: Recording) -> dict[str, NDArray[Any]]:
-    """Commands, padded with zeros to the longest action; those that are given for 0 steps."""
+    """Commands, padded to the longest action by zeros that last 0 steps."""
     counts, given = recording.transitions["n_commands"], recording.commands()
     filled = np.arange(counts.max(initial=0)) < counts[:, None]
     actions = {}
@@ -54,17 +54,17 @@ def _actions_of(recording: Recording) -> dict[str, NDArray[Any]]:
 
 
 def images_of(recording: Recording, size: Size | None, cache: Path | None) -> NDArray[np.uint8]:
-    """The images of all states, (m, height, width, 3) uint8, shrunk where a size is given.
+    """The images of all states, (m, height, width, 3) uint8, shrunk if a size is given.
 
     Args:
         recording: with images.
         size: of the images; None: as recorded.
-        cache: a folder in which they are kept, and from which they are read page by page where
-            they are there already.
+        cache: a folder to keep them in; if they are there already, they are read from it page by
+            page.
 
     Raises:
-        RecordingError: there are none, or the size is none.
-        OutputError: they cannot be kept.
+        RecordingError: there are none, or the size is invalid.
+        OutputError: they cannot be written.
     """
     if size is not None and not (len(size) == 2 and min(size) >= 1):
         raise RecordingError(f"an image size is (width, height) in pixels, not {size!r}")
@@ -97,7 +97,7 @@ def _pieces(recording: Recording, size: Size | None) -> Iterator[NDArray[np.uint
 
 
 def shrunk(images: NDArray[np.uint8], size: Size | None) -> NDArray[np.uint8]:
-    """Images, (count, height, width, 3) uint8, of another width and height; None: as they are."""
+    """Resize images, (count, height, width, 3) uint8; None: leave them."""
     if size is None:
         return images
     import cv2
@@ -121,7 +121,7 @@ def _fill(images: NDArray[np.uint8], pieces: Iterator[NDArray[np.uint8]]) -> Non
 
 
 def _fingerprint(recording: Recording) -> str:
-    """Of what was recorded: images follow from it, so kept ones cannot be of something else."""
+    """A hash of what was recorded, so that cached images cannot belong to something else."""
     digest = hashlib.sha256(recording.header.scene_sha256.encode())
     digest.update(recording.states.tobytes())
     if recording.has_poses:

@@ -1,7 +1,7 @@
-"""Rows as the file keeps them: one number a column, so that any reader of tables can take them.
+"""Rows as stored in the file: one number per column, so that any reader of tables can read them.
 
-In memory a state has nine joint positions in one field; in the file it has nine columns. The bytes
-are the same, so rows are only looked at in another way, never converted.
+In memory a state has nine joint positions in one field; in the file it has nine columns. The
+bytes are the same, so rows are viewed differently, never converted.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def pose_type(object_names: Sequence[str]) -> np.dtype[Any]:
 
 
 def to_columns(rows: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
-    """Rows as a dataset of this type takes them; there must be one at least."""
+    """Rows as a dataset of this type takes them; there must be at least one."""
     if rows.dtype == dtype:
         return rows
     return np.ascontiguousarray(rows).reshape(len(rows), -1).view(dtype).reshape(len(rows))

@@ -17,12 +17,12 @@ IMAGES_AT_ONCE = 16 * IMAGES_A_CHUNK
 
 
 def write_excerpt(experience: Experience, path: Path) -> None:
-    """Write the recording behind an experience with nothing that the experience does not tell.
+    """Write the recording behind an experience, without anything that the experience hides.
 
-    There is no controller's state in it, and where no positions may be seen no ground truth.
+    It has no controller's state, and no ground truth if positions must not be seen.
 
     Raises:
-        RecordingError: the recording cannot be read, or the excerpt not be written.
+        RecordingError: the recording cannot be read, or the excerpt cannot be written.
     """
     with Recording(experience.path) as recording:
         try:
@@ -51,13 +51,13 @@ def _write(experience: Experience, recording: Recording, file: h5py.File) -> Non
 
 
 def _copy(source: h5py.Dataset, file: h5py.File, name: str, count: int) -> None:
-    """The first rows of a dataset; as they are compressed already where all are wanted."""
+    """Copy the first rows of a dataset, without recompressing if all are wanted."""
     if count == len(source):
         file.require_group(name.rpartition("/")[0] or "/")
         source.parent.copy(source, file, name)
         return
     shape, how = (count, *source.shape[1:]), packing(name)
-    most = (None, *shape[1:])  # else a chunk may not be longer than there are rows
+    most = (None, *shape[1:])  # otherwise a chunk must not be longer than the rows
     target = file.create_dataset(
         name, shape, source.dtype, maxshape=most, chunks=source.chunks, **how
     )

@@ -18,17 +18,17 @@ from real_bench.recording.schema import IMAGES_A_CHUNK
 
 
 class Experience:
-    """What a robot went through: triplets (s, a, s') of precondition, action, outcome.
+    """The experience of a robot: triplets (s, a, s') of precondition, action, outcome.
 
-    Where the condition has no O there are no positions, whatever the file holds.
+    Without O in the condition there are no positions, whatever the file holds.
 
     Args:
-        path: a recording; it is opened once more for images, and once for the commands.
-        condition: what the controller that is given it may see.
-        n_steps: tell of no more than so many first steps; None: of all.
+        path: a recording; it is opened again for images, and for the commands.
+        condition: what the controller may see.
+        n_steps: only this many first steps; None: all.
 
     Attributes:
-        path, condition, n_steps: as given, so that it can be told elsewhere.
+        path, condition, n_steps: as given, so that it can be made again elsewhere.
         sees_objects: whether there are positions and orientations.
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
@@ -115,7 +115,7 @@ class Experience:
                 count = min(IMAGES_A_CHUNK, self.n_states - first)
                 for row, image in enumerate(recording.images(first, count), first):
                     value = function(image)
-                    if row == 0:  # only now is it known what there will be room for
+                    if row == 0:  # only now is the size known
                         values = np.empty((self.n_states, *value.shape), value.dtype)
                     values[row] = value
         return values
@@ -136,12 +136,14 @@ class Experience:
 
     def _seen_poses(self) -> NDArray[np.float64]:
         if self._poses is None:
-            raise RecordingError("in image conditions an experience has no positions")
+            raise RecordingError(
+                "in image conditions an experience has no positions: use its images"
+            )
         return self._poses
 
     @cached_property
     def _recording(self) -> Recording:
-        """The recording, open for whoever looks at images one by one."""
+        """The recording, open for reading images one by one."""
         return Recording(self.path)
 
     def _image(self, row: int) -> NDArray[np.uint8]:

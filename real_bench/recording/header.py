@@ -1,4 +1,4 @@
-"""What it takes to redo a run: the header of every recording."""
+"""The header of every recording: what it takes to repeat a run."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.version import __version__
 
@@ -86,7 +87,7 @@ class Header(BaseModel):
         return Condition.parse(name).name
 
     def differences(self, other: Header) -> list[str]:
-        """Why a run of another header is not this one gone on, as ``field: mine, not yours``."""
+        """Why a run with another header cannot continue this one, as ``field: mine, not yours``."""
         changed = [
             field for field in RESUMED_ALIKE if getattr(self, field) != getattr(other, field)
         ]
@@ -103,27 +104,27 @@ class Header(BaseModel):
         return same_class and (self.controller_source == controller_source or same_code)
 
     def misfits(self, condition: Condition, objects: int, scene_sha256: str) -> list[str]:
-        """Why a test cannot draw on this run; nothing where it can."""
+        """Why a test cannot use this run; empty if it can."""
         mine = Condition.parse(self.condition)
         reasons = []
         if objects != self.objects:
-            reasons.append(f"it is of {self.objects} object(s), not {objects}")
+            reasons.append(f"it has {counted(self.objects, 'object')}, not {objects}")
         if scene_sha256 != self.scene_sha256:
-            reasons.append(f"it is of another scene ({self.scene} {self.scene_sha256[:12]})")
+            reasons.append(f"it was made in another scene ({self.scene} {self.scene_sha256[:12]})")
         if condition.control != mine.control:
-            reasons.append(f"it is of condition {mine.name}, not {condition.name}")
+            reasons.append(f"its condition is {mine.name}, not {condition.name}")
         elif misfit := mine.control_misfit(self.control_version):
             reasons.append(f"{misfit} (play again)")
         elif condition.sees_objects and not mine.sees_objects:
-            reasons.append(f"a run in {mine.name} may not tell positions to {condition.name}")
+            reasons.append(f"a run in {mine.name} must not reveal positions to {condition.name}")
         return reasons
 
     def check_state_may_serve(self, condition: Condition) -> None:
-        """Raise RecordingError where what was learned could tell positions to an I condition."""
+        """Raise RecordingError if what was learned could reveal positions to an I condition."""
         if Condition.parse(self.condition).sees_objects and not condition.sees_objects:
             raise RecordingError(
                 f"the controller played in {self.condition}, where it saw positions: what it "
-                f"learned may not serve in {condition.name} (play in {condition.name} instead)"
+                f"learned must not be used in {condition.name} (play in {condition.name} instead)"
             )
 
     def to_attributes(self) -> dict[str, Any]:
@@ -146,7 +147,7 @@ class Header(BaseModel):
 
 
 def _plain(value: Any) -> Any:
-    """An attribute as Python has it, not numpy."""
+    """An attribute as a Python value, not a numpy one."""
     return value.item() if isinstance(value, np.generic) else value
 
 

@@ -1,4 +1,4 @@
-"""The images of a recording, from anywhere in it; what is packed is looked at before it is read."""
+"""The images of a recording, read in any order; packed data is checked before it is read."""
 
 from __future__ import annotations
 

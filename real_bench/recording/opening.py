@@ -1,4 +1,4 @@
-"""Open an HDF5 file, also where the file system has no locks."""
+"""Open an HDF5 file, even on a file system without locks."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import h5py
 
 
 def open_hdf5(path: Path, mode: str, **how: Any) -> h5py.File:
-    """The file, open; raises what h5py raises, but for locks.
+    """The file, open; raises what h5py raises, except about locks.
 
-    Nothing here needs HDF5's own lock: what is read is never written in place, and whoever writes
-    holds a lock of ours. Not asked for at all, it would keep others in this process from opening
-    the file as they are used to.
+    HDF5's own lock is not needed: what is read is never written in place, and writers hold a lock
+    of ours. It is not switched off entirely, since then others in this process could not open the
+    file in the usual way.
     """
     try:
         return h5py.File(path, mode, **how)

@@ -1,4 +1,4 @@
-"""Read a recording, also one that is being written or was cut short."""
+"""Read a recording, even one that is being written or was interrupted."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.recording.arrays import MOMENTS, images_of, table_of
 from real_bench.recording.columns import poses_of
@@ -44,10 +45,10 @@ if TYPE_CHECKING:
     from real_bench.recording.torch_dataset import TripletDataset
 
 MOVED_M = 0.01
-"""An object counts as moved when an action displaced it by more (paper, section Results)."""
+"""An object counts as moved if an action displaced it by more (paper, section Results)."""
 
 MOST_HELD_BYTES = 2**26
-"""Commands of whole actions take less; those of controllers called at every step more."""
+"""Commands of whole actions take less, those of controllers called at every step more."""
 
 
 class Recording:
@@ -98,7 +99,7 @@ class Recording:
 
     @property
     def n_images(self) -> int | None:
-        """How many images there are: one a state, or None where images are not recorded."""
+        """How many images there are: one per state, or None if images are not recorded."""
         return len(self._file["images"]) if "images" in self._file else None
 
     def commands(self, first: int = 0, count: int | None = None) -> NDArray[Any]:
@@ -110,14 +111,14 @@ class Recording:
         return rows.view(command_type(self._command_size))
 
     def __len__(self) -> int:
-        """How many triplets there are; a recording without one is true all the same."""
+        """How many triplets there are; a recording without any is still true."""
         return len(self.transitions)
 
     def __bool__(self) -> bool:
         return True
 
     def __getitem__(self, index: int) -> Triplet:
-        """A triplet, with images where there are any; raises IndexError beyond the last."""
+        """A triplet, with images if there are any; raises IndexError beyond the last."""
         row = self.transitions[range(len(self))[index]]
         before, after = int(row["precondition"]), int(row["outcome"])
         rows = self._some_commands(int(row["first_command"]), int(row["n_commands"]))
@@ -135,21 +136,21 @@ class Recording:
         image_size: tuple[int, int] | None = None,
         cache: str | Path | None = None,
     ) -> dict[str, NDArray[Any]]:
-        """All triplets as arrays by name, one row a triplet.
+        """All triplets as arrays by name, one row per triplet.
 
         Args:
-            images: with the images of whole size; 0.5 MB a triplet.
-            image_size: with images shrunk to this width and height.
+            images: include full-size images; 0.5 MB per triplet.
+            image_size: include images shrunk to this width and height.
             cache: a folder in which images are kept, so that they are made only once.
 
         Returns:
             ``joint_positions_before``, ``joint_positions_after`` (n, 9) radians; ``touch_sensors_``
             (n, 4) newtons; ``object_poses_`` (n, n_objects, 7) metres and quaternion, the truth;
             ``image_`` (n, height, width, 3) uint8; ``commands`` (n, k, size), ``n_steps`` (n, k)
-            and ``line`` (n, k) of the longest action's k commands, 0 where an action has fewer.
+            and ``line`` (n, k) with the longest action's k commands, 0 where an action has fewer.
 
         Raises:
-            RecordingError: images are asked for, and there are none.
+            RecordingError: images are asked for, but there are none.
         """
         with self._guard():
             table = table_of(self)
@@ -163,15 +164,15 @@ class Recording:
     def torch_dataset(
         self, *, image_size: tuple[int, int] | None = None, cache: str | Path | None = None
     ) -> TripletDataset:
-        """The triplets as a dataset of torch, by the names of :meth:`to_numpy`.
+        """The triplets as a torch dataset, with the names of :meth:`to_numpy`.
 
         Args:
             image_size: width and height to which images are shrunk, once, in memory; None: as
-                recorded, read when they are asked for.
+                recorded, read on demand.
             cache: a folder in which images are kept, so that they are made only once.
 
         Raises:
-            RecordingError: a size is asked for, and there are no images.
+            RecordingError: a size is asked for, but there are no images.
         """
         from real_bench.recording.torch_dataset import TripletDataset
 
@@ -191,7 +192,7 @@ class Recording:
 
     @property
     def image_shape(self) -> tuple[int, int, int]:
-        """Of one image: height, width, 3; raises RecordingError where there are none."""
+        """Height, width, 3 of one image; raises RecordingError if there are none."""
         return self._image_reader.shape
 
     @property
@@ -203,7 +204,7 @@ class Recording:
 
     @property
     def has_poses(self) -> bool:
-        """Whether the objects' true poses are in it; an excerpt for a controller may lack them."""
+        """Whether it holds the objects' true poses; an excerpt for a controller may lack them."""
         return "ground_truth" in self._file
 
     @property
@@ -218,7 +219,7 @@ class Recording:
     def logged(self) -> NDArray[Any]:
         """What the controller logged, in order: step, action, name, value, a structured array.
 
-        Step and action say how many were over when it had logged it.
+        Step and action count those that were over when it was logged.
         """
         if "logged" not in self._file:
             return np.empty(0, LOGGED)
@@ -228,22 +229,22 @@ class Recording:
 
     @property
     def parts(self) -> list[dict[str, str]]:
-        """The versions that each part was played with, of which a cut begins another one."""
+        """The versions that each part was played with; every cut begins a new part."""
         with self._guard():
             stored = [json.loads(versions) for versions in self._file["cuts"]["versions"]]
             if not all(isinstance(versions, dict) for versions in stored):
-                raise ValueError("the versions of a part are no names and values")
+                raise ValueError("the versions of a part are not names and values")
         return [self.header.versions, *stored]
 
     def controller_state(self) -> ControllerState:
-        """What the controller handed over; empty where it did not."""
+        """What the controller handed over; empty if nothing."""
         return self._kept("controller_state")
 
     def controller_files(self) -> dict[str, bytes]:
         """What an isolated controller wrote into its working directory, by name."""
         files = self._kept("controller_files")
         if not all(isinstance(content, bytes) for content in files.values()):
-            raise RecordingError(f"{self.path} is damaged: a controller's file is not of bytes")
+            raise RecordingError(f"{self.path} is damaged: a controller's file does not hold bytes")
         return files
 
     def displacements(self) -> NDArray[np.float64]:
@@ -276,12 +277,12 @@ class Recording:
 
     @cached_property
     def _known(self) -> tuple[NDArray[Any], NDArray[np.float64] | None]:
-        """States and poses, read once for all that is asked for one by one."""
+        """States and poses, read once for all triplets that are read one by one."""
         return self.states, self.object_poses if self.has_poses else None
 
     @cached_property
     def _known_commands(self) -> NDArray[Any] | None:
-        """All commands, where they are not too many to be held."""
+        """All commands, if they fit in memory."""
         held = self.n_commands * self._file["commands"].dtype.itemsize <= MOST_HELD_BYTES
         return self.commands() if held else None
 
@@ -313,7 +314,7 @@ class Recording:
         version = int(attributes.get("schema_version", 0))
         if version not in READABLE_VERSIONS:
             raise RecordingError(
-                f"{self.path} is of schema version {version}; this realbench reads versions "
+                f"{self.path} has schema version {version}; this realbench reads versions "
                 f"{' and '.join(map(str, READABLE_VERSIONS))} (install a newer realbench)"
             )
         return version
@@ -323,10 +324,12 @@ class Recording:
         return Condition.parse(self.header.condition).control_type.size
 
     def _check_safe(self, version: int) -> None:
-        """Look at what will be read, before it is."""
+        """Check what will be read, before it is."""
         file, names = self._file, self.header.object_names
         if len(names) != self.header.objects:
-            raise ValueError(f"it has {len(names)} names for {self.header.objects} objects")
+            raise ValueError(
+                f"it has {counted(len(names), 'name')} for {counted(self.header.objects, 'object')}"
+            )
         rows = stored_types(version, self._command_size, names)
         for group in ("ground_truth", "controller_state", "controller_files"):
             check_group(file, group)
@@ -340,7 +343,7 @@ class Recording:
             height, width, *_ = file["images"].shape[1:]
             check_dataset(file, "images", np.dtype("u1"), (height, width, 3))
         check_sizes(file, rows)
-        for name in rows.keys() - {"commands"}:  # whose pieces are looked at where they are read
+        for name in rows.keys() - {"commands"}:  # whose pieces are checked when they are read
             check_pieces(file[name])
 
     def _check_rows(self) -> None:
@@ -368,7 +371,7 @@ class Recording:
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
-        """Turn whatever a bad file makes h5py raise into one clear error."""
+        """Turn whatever h5py raises for a bad file into one clear error."""
         try:
             yield
         except FileNotFoundError as error:
@@ -376,7 +379,7 @@ class Recording:
         except (OSError, LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
             reason = " ".join(str(error).split())
             raise RecordingError(
-                f"{self.path} cannot be read, it is damaged or not a recording: {reason}"
+                f"{self.path} cannot be read: damaged, or not a recording ({reason})"
             ) from error
 
 

@@ -1,4 +1,4 @@
-"""Collects what happens in an intrinsic phase and writes it every few seconds."""
+"""Collect what happens in an intrinsic phase, and write it every few seconds."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ SECONDS_BETWEEN_WRITES = 3.0
 
 @dataclass(frozen=True)
 class ResumePoint:
-    """Where a recording that is resumed had come to.
+    """Where a resumed recording ended.
 
     Attributes:
-        object_poses, joint_positions: of its last state; the world begins anew there.
+        object_poses, joint_positions: of its last state; a fresh world begins there.
         controller_state: what the controller handed over then.
-        number: how often the run has been cut by now.
+        number: how often the run has been interrupted.
     """
 
     object_poses: NDArray[np.float64]
@@ -52,13 +52,13 @@ class ResumePoint:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """What is recorded of a moment.
+    """A moment as it is recorded.
 
     Attributes:
         joint_positions: (9,), rad.
         touch_sensors: (4,), N.
         object_poses: (n_objects, 7), positions in metres and quaternions.
-        retina: (height, width, 3) uint8; None where images are not recorded.
+        retina: (height, width, 3) uint8; None if images are not recorded.
     """
 
     joint_positions: NDArray[np.float64]
@@ -70,9 +70,9 @@ class Snapshot:
 class Recorder:
     """The triplets of one run, and the controller's state that belongs to them.
 
-    Rows are collected; :meth:`checkpoint` says that the controller's state fits the rows so far.
-    Only rows before a checkpoint are ever written. So a run that is resumed from any file goes on
-    with the action that came after its last row.
+    Rows are collected; :meth:`checkpoint` declares that the controller's state fits the rows so
+    far. Only rows before a checkpoint are ever written, so a run that is resumed from any file
+    continues with the action after its last row.
 
     Make one with :meth:`begin` or :meth:`resume`; use it as a context manager.
     """
@@ -88,7 +88,7 @@ class Recorder:
         self.resume_point: ResumePoint | None = None
         self._n_states = self._n_commands = 0
         self._rows = _Rows()
-        self._files: Mapping[str, bytes] | None = None  # that are not written yet
+        self._files: Mapping[str, bytes] | None = None  # not written yet
         self._checkpoint: tuple[dict[str, int], int, ControllerState, bool] | None = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
@@ -103,10 +103,10 @@ class Recorder:
         *,
         overwrite: bool,
     ) -> Recorder:
-        """Begin a new recording of so many steps.
+        """Begin a new recording of ``steps`` steps.
 
         Raises:
-            OutputError: the file is there and must not be overwritten.
+            OutputError: the file exists and must not be overwritten.
         """
         file = AppendOnlyFile(path)
         try:
@@ -119,10 +119,10 @@ class Recorder:
 
     @classmethod
     def resume(cls, path: Path, header: Header, command_size: int, steps: int) -> Recorder:
-        """Go on with a recording, from its last action; ``header`` is that of the new part.
+        """Continue a recording after its last action; ``header`` is that of the new part.
 
         Raises:
-            RecordingError: the recording is of other settings, or longer than ``steps``.
+            RecordingError: the recording has other settings, or is longer than ``steps``.
         """
         file = AppendOnlyFile(path)
         try:
@@ -141,7 +141,7 @@ class Recorder:
         return self._header.images
 
     def add_state(self, now: Snapshot) -> None:
-        """Record what is the case now."""
+        """Record the present state."""
         self._rows.states.append((now.joint_positions, now.touch_sensors, self.n_steps))
         self._rows.object_poses.append(now.object_poses)
         if now.retina is not None:
@@ -193,7 +193,7 @@ class Recorder:
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     def close(self) -> None:
-        """Let go of the file; what was not written is lost."""
+        """Close the file; what was not written is lost."""
         self._file.close()
 
     def __enter__(self) -> Recorder:
@@ -203,7 +203,7 @@ class Recorder:
         self.close()
 
     def _take_up(self, recording: Recording, header: Header) -> None:
-        """Begin where a recording has come to."""
+        """Begin where a recording ended."""
         self.n_steps = recording.n_steps
         self.n_transitions = len(recording.transitions)
         self.ended = recording.ended and self.n_steps >= self._total_steps
@@ -267,7 +267,7 @@ class _Rows:
         return _Rows(**{name: getattr(self, name)[:n] for name, n in lengths.items()})
 
     def drop(self, lengths: dict[str, int]) -> None:
-        """The first rows of each no longer wait."""
+        """Drop the first rows of each."""
         for name, n in lengths.items():
             del getattr(self, name)[:n]
 
@@ -276,10 +276,11 @@ def _check_resumable(recording: Recording, header: Header, steps: int) -> None:
     differences = recording.header.differences(header)
     if differences:
         raise RecordingError(
-            f"{recording.path} cannot be resumed, it was recorded with other settings: "
+            f"{recording.path} was recorded with other settings and cannot be resumed: "
             + "; ".join(differences)
         )
     if recording.n_steps > steps:
         raise RecordingError(
-            f"{recording.path} already holds {recording.n_steps:,} steps, {steps:,} asked"
+            f"{recording.path} already holds {recording.n_steps:,} steps, {steps:,} were asked "
+            "for: use a larger --steps"
         )

@@ -5,19 +5,19 @@
     /                      attributes: format, schema_version, the header's fields,
                            n_steps (so far), total_steps (asked for), ended (its last hook, too),
                            commands_sha256 (see chained_sha256; absent in recordings before it)
-    /transitions           one row an action: the triplet (s, a, s') by row numbers
+    /transitions           one row per action: the triplet (s, a, s') by row numbers
         precondition, outcome    rows of /states (and /images, /ground_truth)
         first_command, n_commands, first_step, n_steps
-    /commands              one row a command: command (size,), n_steps, line
+    /commands              one row per command: command (size,), n_steps, line
     /states                joint_positions (9,), touch_sensors (4,), step
-    /images                (m, 240, 320, 3) uint8, one a state, where images are recorded
-    /ground_truth/object_poses   position and quaternion of each object, a row a state; for analysis
-    /logged                what the controller logged: step and action by which it had, name, value
+    /images                (m, 240, 320, 3) uint8, one per state, if images are recorded
+    /ground_truth/object_poses   position and quaternion of each object per state; for analysis
+    /logged                what the controller logged: steps and actions over by then, name, value
     /cuts                  where a run was resumed: step, and what the controller and the
                            packages were from there on; a fresh world began there
     /controller_state      what the controller hands over
     /controller_files      what an isolated controller wrote into its working directory, by name
-                           (absent in recordings of before 0.2)
+                           (absent in recordings from before 0.2)
 
 Tables have a column for each number (joint_positions_0 ... joint_positions_8, cube_x ... cube_qw;
 see :mod:`real_bench.recording.columns`) and are packed by gzip, so that plain h5py and pandas read
@@ -25,11 +25,11 @@ them. Images are packed by zstd, which needs hdf5plugin. Recordings of schema ve
 of several numbers, poses of shape (m, n_objects, 7), all packed by zstd, and nothing logged until
 they are resumed.
 
-An excerpt that is written for an isolated controller has an empty controller_state and, where no
-positions may be seen, no ground_truth (it says so: attribute excerpt).
+An excerpt for an isolated controller (attribute excerpt) has an empty controller_state and, if
+positions must not be seen, no ground_truth.
 
-The outcome of one action is the precondition of the next, so each state is kept once. After a
-cut the world begins anew at the recorded poses, so the first action has a state of its own.
+The outcome of one action is the precondition of the next, so each state is stored once. After a
+cut a fresh world begins at the recorded poses, so the first action has a state of its own.
 """
 
 from __future__ import annotations
@@ -80,11 +80,11 @@ LOGGED = np.dtype(
 def chained_sha256(before: str, n_commands: NDArray[np.int64], commands: NDArray[Any]) -> str:
     """A hash of all commands so far, however they were written.
 
-    A replay alone would not notice all changes of a command: beyond a limit, or in its last bit,
-    it may move nothing.
+    A replay alone would not reveal every change of a command: beyond a limit, or in its last bit,
+    a change may have no effect.
 
     Args:
-        before: the same of the actions before; empty where there are none.
+        before: the hash of the actions before; empty if there are none.
         n_commands: how many commands each further action has.
         commands: these commands.
     """
@@ -104,7 +104,7 @@ RowType = tuple[np.dtype[Any], tuple[int, ...]]
 def stored_types(
     version: int, command_size: int, object_names: Sequence[str]
 ) -> dict[str, RowType]:
-    """What the file keeps of each table: type of a row, and its shape.
+    """How the file stores each table: type of a row, and its shape.
 
     Args:
         version: of the schema.
@@ -134,8 +134,8 @@ def packing(name: str) -> dict[str, Any]:
 class Batch:
     """Rows that belong together; the names are those of the datasets.
 
-    ``commands_sha256`` is of all commands up to these; None where the file has no hash.
-    ``controller_files``: None where they are as before.
+    ``commands_sha256`` is of all commands up to these; None if the file has no hash.
+    ``controller_files``: None if they are unchanged.
     """
 
     transitions: NDArray[Any]
@@ -168,7 +168,7 @@ class Batch:
 
     @property
     def most_bytes(self) -> int:
-        """What writing the batch may take on the disk at most; images shrink to a tenth or less."""
+        """The most disk space that writing the batch may take; images shrink to a tenth or less."""
         rows = self.datasets()
         images = rows.pop("images", np.empty(0))
         n_bytes = sum(array.nbytes for array in rows.values()) + state_bytes(self.controller_state)

@@ -17,17 +17,17 @@ import numpy as np
 from real_bench.errors import RecordingError
 
 ControllerState = dict[str, Any]
-"""What a controller hands over: names to numbers, text, bytes, numpy arrays, or lists and dicts
-of these. No pickle: a state can be read anywhere, and runs no code."""
+"""What a controller hands over: a dict from names to numbers, text, bytes, numpy arrays, or lists
+and dicts of these. No pickle: a state can be read anywhere, and runs no code."""
 
 _TREE = "structure"
 _MARK = "__kept_as__"
-_DATASET_BYTES = 512  # what a dataset takes beside its numbers
+_DATASET_BYTES = 512  # what a dataset takes besides its numbers
 _LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 
 def save_state(group: h5py.Group, state: ControllerState) -> None:
-    """Write a state into an empty group; raises RecordingError for what cannot be kept."""
+    """Write a state into an empty group; raises RecordingError for what cannot be stored."""
     tree, datasets = strip_state(state)
     group.create_dataset(_TREE, data=np.frombuffer(tree.encode(), np.uint8))
     for number, array in enumerate(datasets):
@@ -35,12 +35,12 @@ def save_state(group: h5py.Group, state: ControllerState) -> None:
 
 
 def load_state(group: h5py.Group) -> ControllerState:
-    """Read what :func:`save_state` wrote; raises KeyError or ValueError where it is damaged."""
+    """Read what :func:`save_state` wrote; raises KeyError or ValueError if it is damaged."""
     return restore_state(group[_TREE][()].tobytes().decode(), lambda number: group[str(number)][()])
 
 
 def check_state(state: ControllerState) -> None:
-    """Raise RecordingError where a state could not be kept."""
+    """Raise RecordingError if a state cannot be stored."""
     strip_state(state)
 
 
@@ -51,16 +51,18 @@ def state_bytes(state: ControllerState) -> int:
 
 
 def strip_state(state: ControllerState) -> tuple[str, list[np.ndarray[Any, Any]]]:
-    """The structure of a state as JSON, and the arrays that it names by their numbers.
+    """The structure of a state as JSON, and the arrays that it refers to by number.
 
     Raises:
-        RecordingError: it holds what cannot be kept.
+        RecordingError: it holds something that cannot be stored.
     """
     datasets: list[np.ndarray[Any, Any]] = []
     try:
         return json.dumps(_strip(state, datasets, "state")), datasets
     except RecursionError as error:
-        raise RecordingError("a controller's state is nested too deeply, or in itself") from error
+        raise RecordingError(
+            "a controller's state is nested too deeply, or contains itself"
+        ) from error
 
 
 def restore_state(structure: str, array: Callable[[int], Any]) -> ControllerState:
@@ -106,14 +108,16 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
     if isinstance(value, list | tuple):
         return [_strip(item, datasets, f"{where}[{i}]") for i, item in enumerate(value)]
     raise RecordingError(
-        f"a controller's {where} is of type {type(value).__name__}: only numbers, text, bytes, "
-        "numpy arrays, and lists and dicts (with text keys) of these can be kept"
+        f"a controller's {where} has type {type(value).__name__}: only numbers, text, bytes, "
+        "numpy arrays, and lists and dicts (with text keys) of these can be stored"
     )
 
 
 def _strip_array(array: np.ndarray[Any, Any], datasets: list[Any], where: str) -> dict[str, Any]:
     if array.dtype.kind not in "biufc":
-        raise RecordingError(f"a controller's {where} is an array of {array.dtype}: not of numbers")
+        raise RecordingError(
+            f"a controller's {where} is an array of {array.dtype}: only numbers can be stored"
+        )
     datasets.append(array.copy())
     return {_MARK: "array", "number": len(datasets) - 1}
 

@@ -1,4 +1,4 @@
-"""A recording as a dataset of torch: random access for a shuffled ``DataLoader``."""
+"""A recording as a torch dataset: random access for a shuffled ``DataLoader``."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ Sample = dict[str, torch.Tensor]
 
 
 class TripletDataset(Dataset[Sample]):
-    """The triplets of a recording as tensors, by the names of ``Recording.to_numpy``.
+    """The triplets of a recording as tensors, with the names of ``Recording.to_numpy``.
 
     Numbers are float32, steps int64, images uint8 (3, height, width). Each process that reads
-    whole images opens the file for itself, so it may be handed to workers.
+    full-size images opens the file itself, so the dataset may be passed to workers.
 
     Args:
         recording: what to read; it may be closed afterwards.
-        image_size: width and height to which images are shrunk, all of them at once and in
-            memory; None: as recorded, each read from the file when it is asked for.
+        image_size: width and height to which images are shrunk, all at once and in memory;
+            None: as recorded, each read from the file on demand.
         cache: a folder in which the shrunk images are kept, so that they are made only once.
 
     Raises:
-        RecordingError: images are asked for, and there are none.
+        RecordingError: images are asked for, but there are none.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""One triplet (s, a, s') of a recording, whole."""
+"""One complete triplet (s, a, s') of a recording."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from real_bench.actions import Action
 
 @dataclass(frozen=True)
 class State:
-    """What was the case between two actions.
+    """The state between two actions.
 
     Attributes:
         step: how many simulation steps were over.
         joint_positions: of the robot, (9,) radians.
         touch_sensors: (4,) newtons.
-        object_poses: the truth, position (m) and quaternion (x, y, z, w) of each object,
+        object_poses: true position (m) and quaternion (x, y, z, w) of each object,
             (n_objects, 7); None in an excerpt for a controller that may not see them.
-        image: the camera's, (height, width, 3) uint8; None where images were not recorded.
+        image: the camera's, (height, width, 3) uint8; None if images were not recorded.
     """
 
     step: int
@@ -32,7 +32,7 @@ class State:
 
 @dataclass(frozen=True)
 class Triplet:
-    """What an action was done in, the action as it was executed, and what came of it."""
+    """The state before an action, the action as executed, and the state after it."""
 
     before: State
     action: Action

@@ -1,8 +1,8 @@
-"""Look at a recording before it is read: a file from a stranger may declare anything.
+"""Check a recording before it is read: a file from a stranger may declare anything.
 
-HDF5 can point outside of the file, declare shapes without end, and unpack a kilobyte to a
-gigabyte. So every dataset is checked, and every compressed piece says how large it will be, before
-anything is read from it.
+HDF5 can point outside the file, declare endless shapes, and unpack a kilobyte to a gigabyte. So
+every dataset, and the unpacked size of every compressed piece, is checked before anything is read
+from it.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numpy as np
 
 GZIP, SHUFFLE, ZSTD = 1, 2, 32015  # HDF5's numbers
 PACKINGS: tuple[list[int], ...] = ([], [ZSTD], [SHUFFLE, GZIP])
-"""The only ways in which we pack; before schema version 2 all was packed by zstd."""
+"""The only filters we use; before schema version 2 everything was packed by zstd."""
 
 MAX_CHUNK_BYTES = 2**28
-MAX_SMALL_BYTES = 2**26  # what may be declared however little is stored
+MAX_SMALL_BYTES = 2**26  # may be declared however little is stored
 MAX_RATIO = 1000  # the rows of real recordings shrink to a tenth or so
 _MAGIC = b"\x28\xb5\x2f\xfd"
 
@@ -42,7 +42,7 @@ def check_group(file: h5py.Group, name: str) -> None:
 def check_dataset(
     file: h5py.Group, name: str, dtype: np.dtype[Any], row_shape: tuple[int, ...] | None
 ) -> None:
-    """Raise ValueError unless a dataset is in the file, of its kind, and no larger than it says.
+    """Raise ValueError unless a dataset is in the file, of its type, and no larger than declared.
 
     Args:
         file: where it is.
@@ -71,12 +71,12 @@ def check_dataset(
 
 
 def check_sizes(file: h5py.Group, names: Iterable[str]) -> None:
-    """Raise ValueError where a dataset that is read as a whole would grow out of all proportion."""
+    """Raise ValueError if a dataset that is read as a whole would be far larger than stored."""
     for name in names:
         data = file[name]
         if _declared_bytes(data) > MAX_SMALL_BYTES + MAX_RATIO * data.id.get_storage_size():
             raise ValueError(
-                f"{name} declares {_declared_bytes(data)} bytes and holds next to none"
+                f"{name} declares {_declared_bytes(data)} bytes but holds next to none"
             )
 
 
@@ -111,7 +111,7 @@ def _declared_bytes(data: h5py.Dataset) -> int:
 
 
 def _n_chunks(data: h5py.Dataset) -> int:
-    """How many pieces there must be, if none is left to be filled in; rows lie in one piece."""
+    """How many pieces there must be if none is missing; rows lie within one piece."""
     if any(size != piece for size, piece in zip(data.shape[1:], data.chunks[1:], strict=True)):
         raise ValueError(f"{data.name} has rows in several pieces")
     n_chunks: int = -(-data.shape[0] // data.chunks[0])
@@ -125,11 +125,11 @@ def _filters(data: h5py.Dataset) -> list[int]:
 
 def _check_filters(data: h5py.Dataset, name: str) -> None:
     if (filters := _filters(data)) not in PACKINGS:
-        raise ValueError(f"{name} is packed by filters {filters}, not as we do")
+        raise ValueError(f"{name} is packed by filters {filters}, which realbench does not use")
 
 
 def _gzip_unpacks_to(piece: bytes, n_bytes: int) -> bool:
-    """Whether a stream of zlib unpacks to so many bytes; it does not say so by itself."""
+    """Whether a zlib stream unpacks to ``n_bytes``; it does not declare its size."""
     stream = zlib.decompressobj()
     try:
         return len(stream.decompress(piece, n_bytes + 1)) == n_bytes
@@ -138,7 +138,7 @@ def _gzip_unpacks_to(piece: bytes, n_bytes: int) -> bool:
 
 
 def _zstd_unpacks_to(piece: bytes, n_bytes: int) -> bool:
-    """Whether the frame of zstd says that it will be so large (RFC 8878)."""
+    """Whether a zstd frame declares that it unpacks to ``n_bytes`` (RFC 8878)."""
     if piece[:4] != _MAGIC or len(piece) < 5:
         raise ValueError("a piece is not packed by zstd")
     descriptor = piece[4]

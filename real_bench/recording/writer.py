@@ -3,7 +3,7 @@
 The file that the user sees is never written in place. Rows are appended to a hidden copy, which
 then takes the visible file's place in one atomic rename; the file that was visible becomes the
 next hidden copy, one batch behind, unless somebody still has it open, or has another name for it.
-So a reader always finds a whole file that does not change under its hands, killing the writer loses
+So a reader always finds a whole file that does not change while it reads, killing the writer loses
 at most the rows since the last rename, and appending costs no more as the file grows.
 """
 
@@ -30,7 +30,7 @@ from real_bench.recording.state import ControllerState, save_state
 from real_bench.simulation.scene import Camera
 
 FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
-"""HDF5 keeps account of freed space, so that chunks that are written again leave no holes."""
+"""HDF5 tracks freed space, so that rewritten chunks leave no holes."""
 
 SPARE_BYTES = 1 << 14
 
@@ -51,10 +51,10 @@ class AppendOnlyFile:
         self._hidden = self._visible.with_name(f".{self._visible.name}.part")
         self._spare = self._visible.with_name(f".{self._visible.name}.spare")
         self._before = self._visible.with_name(f".{self._visible.name}.before")
-        self._is_empty = False  # whether it was begun here, and holds no action yet
+        self._is_empty = False  # begun here, and holds no action yet?
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
-        self._in_doubt = False  # whether an append was interrupted, perhaps after it was done
-        self._held = ExitStack()  # let go of in reverse: first the hidden files, then the lock
+        self._in_doubt = False  # was an append interrupted, perhaps after it was done?
+        self._held = ExitStack()  # released in reverse: first the hidden files, then the lock
         try:
             self._held.enter_context(write_lock(path))
         except OutputError as error:
@@ -62,14 +62,14 @@ class AppendOnlyFile:
         self._held.callback(self._discard_copies)
         self._held.callback(self._undo_if_empty)
         self._discard_copies()
-        if self._before.exists():  # of a process that was killed
+        if self._before.exists():  # left by a killed process
             self._is_empty = self._n_transitions() == 0
             self._undo_if_empty()
 
     def create(self, header: Header, command_size: int, camera: Camera) -> None:
         """Begin an empty recording in place of whatever was there.
 
-        That comes back where this one is closed without an action in it.
+        The old file comes back if this one is closed without an action in it.
         """
         with self._all_or_nothing():
             self._is_empty = True
@@ -83,7 +83,7 @@ class AppendOnlyFile:
             self._hidden.replace(self._visible)
 
     def append(self, batch: Batch) -> None:
-        """Add rows; raises RecordingError, with the visible file as it was, where that fails."""
+        """Add rows; raises RecordingError if that fails, with the visible file unchanged."""
         with self._all_or_nothing():
             if self._in_doubt and self._has_steps_of(batch):
                 return
@@ -137,7 +137,7 @@ class AppendOnlyFile:
             _append(file, batch)
 
     def _reserve(self, n_bytes: int) -> None:
-        """Take room on the disk first: HDF5 does not survive a write that fails."""
+        """Reserve disk space first: HDF5 does not survive a failed write."""
         if hasattr(os, "posix_fallocate"):
             size = self._hidden.stat().st_size
             with self._hidden.open("r+b") as file:
@@ -147,10 +147,10 @@ class AppendOnlyFile:
         try:
             shutil.copy(self._visible, self._hidden)
         except FileNotFoundError as error:
-            raise RecordingError(f"{self.path} was removed while it was being recorded") from error
+            raise RecordingError(f"{self.path} was removed during the recording") from error
 
     def _catch_up(self) -> None:
-        """Make the hidden copy what the visible file is, and a file that nobody else knows."""
+        """Bring the hidden copy up to the visible file, and make sure that nobody else uses it."""
         if self._behind is not None and (self._is_only_ours() or not self._visible.exists()):
             if not self._is_only_ours():  # and somebody removed the other copy
                 shutil.copy(self._hidden, self._spare)
@@ -169,7 +169,7 @@ class AppendOnlyFile:
             return False
         with self._hidden.open("r+b") as file:
             try:
-                # Whoever opens it meanwhile makes the system send a signal: one that is ignored.
+                # If somebody opens it meanwhile the system sends a signal, which is ignored.
                 fcntl.fcntl(file.fileno(), fcntl.F_SETSIG, signal.SIGURG)
                 fcntl.fcntl(file.fileno(), fcntl.F_SETLEASE, fcntl.F_WRLCK)
                 fcntl.fcntl(file.fileno(), fcntl.F_SETLEASE, fcntl.F_UNLCK)
@@ -178,9 +178,9 @@ class AppendOnlyFile:
         return True
 
     def _swap(self) -> bool:
-        """Let the hidden copy and the visible file change places.
+        """Swap the hidden copy and the visible file.
 
-        False where the file system has no hard links, and the old file is gone.
+        False if the file system has no hard links; then the old file is gone.
         """
         try:
             os.link(self._visible, self._spare)
@@ -204,8 +204,8 @@ class AppendOnlyFile:
             self._discard_copies()
             reason = getattr(error, "strerror", None) or " ".join(str(error).split())
             raise RecordingError(
-                f"cannot write {self.path}: {reason}; what was recorded before is safe "
-                "(make room or mend it, then use --resume)"
+                f"cannot write {self.path}: {reason}; earlier rows are safe (fix the cause, then "
+                "use --resume)"
             ) from error
         except BaseException:
             self._discard_copies()

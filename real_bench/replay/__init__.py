@@ -1,4 +1,4 @@
-"""What was recorded, done once more: for proof, films, and pybullet's window."""
+"""Replay of recordings: for proof, films, and pybullet's window."""
 
 from real_bench.replay.actions import ActionReplayer, fresh_states
 from real_bench.replay.part import PartReplay

@@ -1,4 +1,4 @@
-"""Replays a recording world by world and action by action."""
+"""Replay a recording, world by world and action by action."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def fresh_states(recording: Recording) -> NDArray[np.int64]:
 
 
 class ActionReplayer:
-    """Does in a task what was recorded; exact where every action since its world began is done.
+    """Replays a recording in a task; exact if every action since the world began is replayed.
 
     Args:
-        recording: what is replayed.
+        recording: what to replay.
         task: of its scene, condition and objects.
     """
 
@@ -41,16 +41,16 @@ class ActionReplayer:
         """Execute an action by its number; returns it.
 
         Raises:
-            ActionError: what was recorded is none.
+            ActionError: the recorded action is invalid.
             PhysicsError: the world exploded.
         """
         row = self._recording.transitions[number]
         commands = self._recording.commands(int(row["first_command"]), int(row["n_commands"]))
         if commands["line"].max() > 1:
-            raise ActionError("a line is neither 0 nor 1")
+            raise ActionError("a line flag is neither 0 nor 1")
         action = Action(commands["command"], commands["n_steps"], commands["line"].astype(bool))
         check_action(action, self._task.control)
         if action.duration != row["n_steps"]:
-            raise ActionError(f"they last {action.duration} steps, not {row['n_steps']}")
+            raise ActionError(f"the commands last {action.duration} steps, not {row['n_steps']}")
         self._task.execute(action)
         return action

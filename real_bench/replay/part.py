@@ -1,4 +1,4 @@
-"""A part of a recording, replayed exactly: from where its world began, though only it is shown."""
+"""A part of a recording, replayed exactly: from the start of its world, but only it is shown."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Shown:
-    """What is going on in a replay.
+    """The present moment of a replay.
 
     Attributes:
         task: the world.
         number: of the action.
         step: of the recording.
-        as_recorded: whether all has come out as recorded so far.
+        as_recorded: whether everything so far came out as recorded.
     """
 
     task: Task
@@ -45,12 +45,12 @@ Show = Callable[[Shown], None]
 
 @dataclass(frozen=True)
 class PartReplay:
-    """Some actions of a recording, to be replayed.
+    """Some actions of a recording to replay.
 
     Attributes:
         path: the recording.
-        first, last: numbers of the first action and of that after the last.
-        scene: a name or manifest; what the recording names where None.
+        first, last: numbers of the first action and of the one after the last.
+        scene: a name or manifest; None: the one that the recording names.
     """
 
     path: Path
@@ -59,20 +59,20 @@ class PartReplay:
     scene: str | None = None
 
     def run(self, show: Show, every: int, report: OnAction, *, gui: bool = False) -> bool:
-        """Replay all since the world of the first action began; show the part.
+        """Replay everything since the world of the first action began; show the part.
 
         Args:
-            show: called where the part begins, and then after every so many steps of it.
-            every: how many.
-            report: told how many actions were replayed, of how many.
-            gui: do it in pybullet's window.
+            show: called where the part begins, and then after every ``every`` steps of it.
+            every: steps between calls.
+            report: called with the actions replayed and their total.
+            gui: use pybullet's window.
 
         Returns:
             Whether every action of the part ended as recorded, to the last bit.
 
         Raises:
             RecordingError: it cannot be read or replayed, or has no such actions.
-            SceneError: its scene cannot be had, or there is no display.
+            SceneError: its scene is not available, or there is no display.
             Interrupted: the user stopped it.
         """
         with Recording(self.path) as recording:
@@ -94,14 +94,14 @@ class PartReplay:
         scene = load_scene(header.scene_source if self.scene is None else self.scene)
         if scene.sha256 != header.scene_sha256:
             raise RecordingError(
-                f"{self.path} is of scene {header.scene} {header.scene_sha256[:12]}, "
-                f"not of this {scene.name} {scene.sha256[:12]}"
+                f"{self.path} was made in scene {header.scene} {header.scene_sha256[:12]}, "
+                f"not in this {scene.name} {scene.sha256[:12]}"
             )
         return scene
 
 
 class _Part:
-    """The replaying itself."""
+    """The replay itself."""
 
     def __init__(self, part: PartReplay, recording: Recording, task: Task) -> None:
         self._part, self._recording, self._task = part, recording, task
@@ -127,13 +127,13 @@ class _Part:
         return self._as_recorded
 
     def _begun_before(self, number: int) -> int:
-        """The action with which the world began in which this one was done."""
+        """The first action of the world in which this one was done."""
         while int(self._rows["precondition"][number]) not in self._fresh:
             number -= 1
         return number
 
     def _begin(self, number: int) -> None:
-        """Come to where an action was begun, which may be in a fresh world."""
+        """Go to the start of an action, which may be in a fresh world."""
         self._number = number
         state = int(self._rows["precondition"][number])
         if state in self._fresh:
@@ -153,8 +153,8 @@ class _Part:
         ):
             self._as_recorded = False
             log.warning(
-                "from action %d on objects are not where they were recorded: this machine's "
-                "physics may be another one (realbench verify %s says more)",
+                "since action %d objects are not where they were recorded: this machine's physics "
+                "may differ (realbench verify %s says more)",
                 number,
                 self._part.path,
             )

@@ -1,4 +1,4 @@
-"""Ways to show a replay: as a film, or in pybullet's window at the speed of the robot."""
+"""Show a replay as a film, or in pybullet's window at the robot's speed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def film_part(replay: PartReplay, out: Path, report: OnAction) -> bool:
         Whether all went as it was recorded.
 
     Raises:
-        RealBenchError: it cannot be replayed, or the film not be written.
+        RealBenchError: it cannot be replayed, or the film cannot be written.
         Interrupted: the user stopped it; there is no film then.
     """
     film = Film(out)
@@ -36,7 +36,7 @@ def film_part(replay: PartReplay, out: Path, report: OnAction) -> bool:
 
 
 def show_part(replay: PartReplay, report: OnAction) -> bool:
-    """Show a part of a recording in pybullet's window, as fast as it was done.
+    """Show a part of a recording in pybullet's window, in real time.
 
     Returns:
         Whether all went as it was recorded.
@@ -45,7 +45,7 @@ def show_part(replay: PartReplay, report: OnAction) -> bool:
         RealBenchError: it cannot be replayed, or there is no display.
         Interrupted: the user stopped it.
     """
-    due: list[float] = []  # when the next glance is to be, once the part has begun
+    due: list[float] = []  # when the next frame is due, once the part has begun
 
     def wait(shown: Shown) -> None:
         now = time.monotonic()

@@ -1,4 +1,4 @@
-"""A report: one HTML file that holds all there is to show, and works anywhere."""
+"""A report: one self-contained HTML file that works anywhere."""
 
 from real_bench.report.page import Chart, Report, Table, write_report
 from real_bench.report.parts import Played, Tested, read_played, read_tested

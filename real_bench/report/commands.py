@@ -1,4 +1,4 @@
-"""The commands that make a recording or a result again."""
+"""The commands that reproduce a recording or a result."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ UNKNOWN = object()
 
 
 def play_command(header: Header, steps: int, file: str) -> str:
-    """What plays a recording again."""
+    """The command that plays a recording again."""
     images = ["--images"] if header.images and header.condition.startswith("O") else []
     return _command(
         "intrinsic",
@@ -33,11 +33,11 @@ def play_command(header: Header, steps: int, file: str) -> str:
 
 
 def scoring_command(setting: Setting, run: str | None, goals: str | None, file: str) -> str:
-    """What tests again.
+    """The command that tests again.
 
     Args:
         setting: of the result.
-        run: the recording that was learned from, where there is one.
+        run: the recording that was learned from, if there is one.
         goals: the goal set's file; None: the shipped one.
         file: the result.
     """
@@ -66,9 +66,9 @@ def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) 
 
 
 def _settings(controller: str, settings: Mapping[str, Any]) -> list[str]:
-    """Those that are not the controller's defaults; all of them where these are not known.
+    """The settings that are not the controller's defaults; all if the defaults are unknown.
 
-    A file is believed only so far: no code is run because it is named in there.
+    Files are not trusted: no code is run just because a file names it.
     """
     defaults = {}
     if is_installed(controller):

@@ -1,4 +1,4 @@
-"""A report from the files that it is about."""
+"""Make a report from files."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from real_bench.report.pictures import data_uri
 from real_bench.scoring.result import load_result
 
 Progress = Callable[[int, str], None]
-"""Told how many results are read, and the name of the next."""
+"""Called with the number of results read, and the name of the next."""
 
 
 @dataclass(frozen=True)
 class ReportFiles:
-    """What a report is about.
+    """The files of a report.
 
     Attributes:
-        experiments: of which the table is shown.
-        recordings, results: which are shown, and drawn.
-        goals: goal sets that were tested, for their pictures; the shipped ones are known.
-        videos: the folder with films of the trials of the only result.
-        released: whether goals that were drawn to be secret may be shown.
+        experiments: shown as tables.
+        recordings, results: shown, and drawn as figures.
+        goals: goal sets of the results, for pictures; the shipped ones are known.
+        videos: folder with films of the trials, if there is one result.
+        released: whether secret goals may be shown.
     """
 
     experiments: Sequence[Path] = ()
@@ -42,21 +42,21 @@ class ReportFiles:
 
     def __post_init__(self) -> None:
         if self.videos is not None and len(self.results) != 1:
-            raise RealBenchError(f"--videos are of one result, not of {len(self.results)}")
+            raise RealBenchError(f"--videos needs exactly one result, not {len(self.results)}")
 
 
 def make_report(
     files: ReportFiles, title: str, progress: Progress = lambda done, name: None
 ) -> Report:
-    """Read all, draw what can be drawn, and remark on what cannot; raises RealBenchError."""
+    """Read all files, draw what can be drawn, and remark on the rest; raises RealBenchError."""
     tables = [_table(path) for path in files.experiments]
     plays = [read_played(path) for path in files.recordings]
     sets = _goal_sets(files.goals, files.results)
     for file, goal_set in sets:
         if goal_set.is_secret and not files.released:
             raise GoalSetError(
-                f"the goals in {file} are secret, and a report would show them: say --released "
-                "once everybody may see them"
+                f"the goals in {file} are secret, and a report would show them: use --released "
+                "once they may be seen"
             )
     tests: list[Tested] = []
     for path in files.results:
@@ -80,7 +80,7 @@ def _table(path: Path) -> Table:
 
 
 def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str | None, GoalSet]]:
-    """The goal sets that results may be of, and how the command line names them."""
+    """The goal sets that results may be on, and how the command line names them."""
     found: list[tuple[str | None, GoalSet]] = [(file.name, load_goal_set(file)) for file in files]
     settings = [load_result(path).setting for path in results]
     for objects, scene in sorted({(setting.objects, setting.scene) for setting in settings}):
@@ -92,7 +92,7 @@ def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str
 
 
 def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[Chart], list[str]]:
-    """The figures that can be drawn, and what is to be said of those that cannot."""
+    """The figures that can be drawn, and remarks on those that cannot."""
     remarks: list[str] = []
     try:
         material = read_figure_data(recordings, results, FigureOptions())
@@ -114,12 +114,12 @@ def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[C
 
 
 def _lacking(tests: Sequence[Tested]) -> list[str]:
-    """What pictures there are not, and how to have them."""
+    """Which pictures are missing, and how to get them."""
     remarks = []
     for test in tests:
         if test.trials[0].goal is None:
-            remarks.append(f"{test.file}: no pictures of its goals; name its goal set with --goals")
+            remarks.append(f"{test.file}: no pictures of its goals; give its goal set with --goals")
         if test.trials[0].end is None:
             scene = test.result.setting.scene
-            remarks.append(f"{test.file}: no pictures of its ends; scene {scene} is not as it was")
+            remarks.append(f"{test.file}: no pictures of its ends; scene {scene} has changed")
     return remarks

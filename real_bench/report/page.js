@@ -1,5 +1,5 @@
 "use strict";
-// Sort a table by the column whose heading is clicked; again: the other way round.
+// Sort a table by the column whose heading is clicked; a second click reverses the order.
 const value = (row, column) => {
   const text = row.cells[column].textContent.trim();
   const number = parseFloat(text.replace(/,/g, ""));

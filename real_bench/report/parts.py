@@ -29,7 +29,7 @@ class Played:
         command: what does.
         steps, actions: how long it is.
         share_moved: of the actions, moved an object by more than 1 cm; NaN without actions.
-        cuts: at which steps it was cut and went on in a world begun anew.
+        cuts: at which steps it was interrupted, and continued in a fresh world.
     """
 
     file: str
@@ -44,7 +44,7 @@ class Played:
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial, with pictures and film as addresses that hold them; None where there is none."""
+    """A trial, with pictures and film as data URIs; None if there is none."""
 
     result: TrialResult
     start: str | None
@@ -65,7 +65,7 @@ class Tested:
     Attributes:
         file: its name.
         result: itself.
-        command: what makes it again.
+        command: reproduces it.
         headings, rows: of its score table, the total last.
         trials: in the order of goals.
     """
@@ -103,12 +103,12 @@ def read_tested(
 
     Args:
         path: the result.
-        plays: recordings that are at hand; the one that was learned from is told by its hash.
+        plays: available recordings; the one that was learned from is found by its hash.
         goal_sets: that may have been tested, with their files (None: shipped); the same.
         videos: folder with a film of each trial.
 
     Raises:
-        ResultError: it is no result, or has no trial.
+        ResultError: it is not a result, or has no trial.
     """
     result = load_result(path)
     if not result.trials:
@@ -148,7 +148,7 @@ def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> It
 
 
 def _ends(result: Result) -> list[Image] | list[None]:
-    """Images of the ends, where the scene is at hand as it was."""
+    """Images of the ends, if the scene is available and unchanged."""
     nothing = [None] * len(result.trials)
     try:
         scene = load_scene(result.setting.scene)

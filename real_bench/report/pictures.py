@@ -41,7 +41,7 @@ def ends(result: Result, scene: Scene) -> Iterator[Image]:
 
 
 def films(folder: Path | None, goals: Sequence[int]) -> list[str | None]:
-    """The film of each trial, where there is one."""
+    """The film of each trial, if there is one."""
     if folder is None:
         return [None] * len(goals)
     paths = [folder / f"trial-{goal:02d}.mp4" for goal in goals]

@@ -23,10 +23,10 @@ from real_bench.task import Task
 
 @dataclass(frozen=True)
 class SandboxBackend:
-    """Has each controller in a process of its own, which alone imports it.
+    """Runs each controller in a process of its own; only that process imports it.
 
     Attributes:
-        secrets: files and folders that must not lie where a controller may read.
+        secrets: files and folders that must not be readable for a controller.
         limits: what it may use up.
         support: what is enforced.
     """
@@ -103,4 +103,4 @@ def _identity(
                 hands_over_state=hands_over_state,
                 settings=settings,
             )
-    raise client.fault("its process does not say what it is", BrokenRuleError)
+    raise client.fault("its process did not describe the controller", BrokenRuleError)

@@ -1,4 +1,4 @@
-"""Messages over a socket, each with a limit on its size and a moment by which it must be here."""
+"""Messages over a socket, each with a size limit and a deadline."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class Closed(Exception):  # noqa: N818  a fact: the other end may close at any t
     """The other process is gone."""
 
 
-class Late(Exception):  # noqa: N818  a fact, to be told with what it was that took so long
+class Late(Exception):  # noqa: N818  a fact, reported with what took so long
     """The other process did not answer, or did not listen, in time."""
 
 
 class SpinWait:
-    """Stays awake until a message comes, for a moment: to be woken takes longer than that.
+    """Busy-waits briefly for a message, since waking up takes longer than that.
 
-    It is in vain where the other end has more to do, or needs the processor that is awake for
-    nothing: then the next messages are slept for.
+    If the other end takes longer, or needs the busy processor, waiting is in vain: then the next
+    messages are waited for asleep.
     """
 
     SECONDS = 500e-6  # a step of the simulation and its observation, with some to spare
@@ -34,7 +34,7 @@ class SpinWait:
         self._left_to_sleep = 0
 
     def take(self, end: socket.socket, n_bytes: int) -> bytes | None:
-        """What comes in the meantime, at most so much; None: nothing did."""
+        """What arrives in the meantime, at most ``n_bytes``; None: nothing did."""
         if self._left_to_sleep:
             self._left_to_sleep -= 1
             return None
@@ -51,7 +51,7 @@ class Channel:
 
     Args:
         end: of the pair.
-        vigil: to receive with less delay, for who has nothing else to do.
+        vigil: busy-waiting, to receive with less delay.
     """
 
     def __init__(self, end: socket.socket, vigil: SpinWait | None = None) -> None:
@@ -91,7 +91,7 @@ class Channel:
         self._socket.close()
 
     def _fill(self, n_bytes: int, deadline: float | None) -> None:
-        """Receive until so many bytes are here; room is taken only as they come."""
+        """Receive until ``n_bytes`` are here; memory is taken only as they come."""
         while len(self._received) < n_bytes:
             try:
                 piece = self._piece(min(n_bytes - len(self._received) + _SPARE, _PIECE), deadline)

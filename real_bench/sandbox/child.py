@@ -1,4 +1,4 @@
-"""The child: imports the controller and does what it is asked, until the channel is closed."""
+"""The child: imports the controller and answers requests until the channel is closed."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class RpcServer:
     def do_identity(
         self, spec: str, place: str, settings: Mapping[str, Any] | None
     ) -> dict[str, Any]:
-        """Import the controller, which lies at ``place``, and say what it is."""
+        """Import the controller at ``place``, and describe it."""
         self._spec = spec
         source = replace(ControllerSource.of(place), spec=spec, is_hashed=False)
         kind = find_controller(place)
@@ -132,7 +132,7 @@ class RpcServer:
         self._proxies[number].call(hook, *map(self._understood, arguments))
 
     def do_next_action(self, number: int, keys: list[str]) -> list[Any]:
-        """The next action; what it looks at is fetched as it looks."""
+        """The next action; observations are fetched as the controller reads them."""
         observation = Observation({key: partial(self._sense, key) for key in keys})
         try:
             return _parts(self._proxies[number].next_action(observation))
@@ -152,7 +152,7 @@ class RpcServer:
         return [str(said.title), facts, [_parts(one) for one in said.actions], said.positions]
 
     def do_take_logged(self, number: int) -> list[list[Any]]:
-        """The numbers that it has noted since it was last asked."""
+        """The numbers that it logged since the last call."""
         return [[name, value] for name, value in self._proxies[number].take_logged()]
 
     def do_get_state(self, number: int) -> list[Any]:

@@ -1,6 +1,6 @@
-"""Of which kind a failure in the child was, as it is told to the parent.
+"""The kind of a failure in the child, as reported to the parent.
 
-The child may say what it likes: the kind decides nothing but the word for its failure.
+The child may report anything: the kind only decides how its failure is named.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ _READ_ONLY = _EXECUTE | _READ | _LIST
 
 
 def version() -> int:
-    """Which version of it the kernel has; 0 for none."""
+    """The kernel's version of Landlock; 0 for none."""
     if platform.system() != "Linux":
         return 0
     found = ctypes.CDLL(None).syscall(
@@ -31,9 +31,9 @@ def version() -> int:
 
 
 def restrict(read: list[str], write: list[str], names: list[str]) -> None:
-    """Reach only these files and folders, and what is in them, from now on; raises OSError.
+    """Restrict this process to these files and folders and their contents; raises OSError.
 
-    Of folders in ``names`` no more can be seen than the names of what is in them.
+    Of folders in ``names`` only the names of their contents can be seen.
     """
     known = (1 << _RIGHTS_BY_VERSION.get(version(), 16)) - 1
     libc = ctypes.CDLL(None, use_errno=True)

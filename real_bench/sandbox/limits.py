@@ -1,4 +1,4 @@
-"""What a controller may use up."""
+"""Limits on what a controller may use."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ TEMPORARY_BYTES = GIB
 
 @dataclass(frozen=True)
 class Limits:
-    """What an isolated controller may use up before its run ends with an error.
+    """What an isolated controller may use before its run ends with an error.
 
     Attributes:
-        memory_gib: address space of its process, GiB. Libraries count, too: torch needs 3 to 4.
-        call_s: time for one answer, seconds; learning is one call.
-        total_s: time for all its answers in one process, seconds; the simulation's is not its own.
+        memory_gib: address space of its process, GiB. Libraries count as well: torch needs 3 to 4.
+        call_s: time per call, seconds; learning is one call.
+        total_s: time for all its calls in one process, seconds, without the simulation's.
     """
 
     memory_gib: float = 8.0

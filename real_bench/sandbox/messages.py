@@ -1,8 +1,8 @@
 """Messages between two processes that need not trust each other: typed, checked, without pickle.
 
 A message is plain data in msgpack; arrays are written as their kind and shape, and their numbers
-follow in one block. So what a reader must build before it has checked anything stays small: the
-structure is limited apart from the numbers, and numbers cost no more than their bytes.
+follow in one block. So what a reader must build before it can check anything stays small: the
+structure has its own limit, and numbers cost no more than their bytes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Size:
     """How large a message may be.
 
     Attributes:
-        structure: bytes of everything but numbers; each may take a hundred in memory.
+        structure: bytes of everything but arrays; each may take a hundred bytes in memory.
         numbers: bytes of all arrays together.
     """
 
@@ -50,7 +50,7 @@ def encode(value: Any) -> bytes:
     """A message: None, bool, int (64 bits), float, text, arrays, and lists and dicts of these.
 
     Raises:
-        MessageError: something else is in it.
+        MessageError: it holds something else.
     """
     blocks: list[bytes] = []
 
@@ -90,7 +90,7 @@ def decode(structure: bytes, numbers: bytes | bytearray) -> Any:
         try:
             return raw.reshape(shape).astype(kind)
         except ValueError as error:  # a shape with a 0 may hold any numbers beside it
-            raise MessageError(f"an array of shape {shape} cannot be") from error
+            raise MessageError(f"an array cannot have shape {shape}") from error
 
     try:
         value = msgpack.unpackb(structure, ext_hook=array, strict_map_key=True, raw=False)
@@ -99,15 +99,15 @@ def decode(structure: bytes, numbers: bytes | bytearray) -> Any:
     except Exception as error:  # msgpack has many ways to refuse what is malformed
         raise MessageError(f"it is malformed ({type(error).__name__})") from error
     if place != len(numbers):
-        raise MessageError("it holds numbers of no array")
+        raise MessageError("it holds numbers that belong to no array")
     return value
 
 
 def check_plain(value: Any, depth: int = MAX_NESTING) -> None:
-    """Raise MessageError for what :func:`encode` would not send, or deeper than it is read."""
+    """Raise MessageError for what :func:`encode` would not send, or too deep nesting."""
     if isinstance(value, list | dict):
         if depth == 0:
-            raise MessageError(f"it is nested more than {MAX_NESTING} times")
+            raise MessageError(f"it is nested more than {MAX_NESTING} levels deep")
         for part in value.values() if isinstance(value, dict) else value:
             check_plain(part, depth - 1)
     elif not (value is None or isinstance(value, bool | int | float | str | np.ndarray)):

@@ -1,6 +1,6 @@
-"""Observations on their way to an isolated controller: only what it cannot know already.
+"""Observations for an isolated controller: only what it does not know already is sent.
 
-Images that the camera did not take are zeros, and what is said of the goal stays the same within
+Images that the camera did not take are zeros, and everything about the goal stays the same within
 one world: neither is sent. ``None`` stands for both.
 """
 
@@ -18,17 +18,17 @@ from real_bench.observation import CAMERA_KEYS, GOAL_KEYS, Observation
 
 
 def packed(observation: Observation, world_told: int) -> dict[str, Any]:
-    """An observation without what the child has; ``world_told`` is the last it was told of."""
+    """An observation without what the child has; ``world_told`` is the last world it knows."""
     known = GOAL_KEYS if observation.world == world_told else frozenset()
     left_out = observation.dark | known
     return {key: None if key in left_out else observation[key] for key in observation}
 
 
 class Unpacker:
-    """Puts observations together again; no two share any memory."""
+    """Rebuilds observations; no two share any memory."""
 
     def __init__(self, observation_space: spaces.Dict) -> None:
-        # how to make what is not told: darkness always the same way, a goal's as it was last told
+        # how to make what is not sent: zeros for images, the last values for the goal
         self._has_goal = False
         self._untold: dict[str, Callable[[], Any]] = {
             key: partial(np.zeros, space.shape, space.dtype)
@@ -56,7 +56,7 @@ def _itself(value: Any) -> Any:
 
 
 def _copies(value: Any) -> Callable[[], Any]:
-    """What makes copies of a value; zeros that nobody reads cost nothing."""
+    """A function that copies a value; zeros that nobody reads cost nothing."""
     if isinstance(value, np.ndarray) and not value.any():
         return partial(np.zeros, value.shape, value.dtype)
     kept = copy.deepcopy(value)

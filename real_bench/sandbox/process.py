@@ -1,4 +1,4 @@
-"""The process that an isolated controller runs in: started, listened to, and ended for good."""
+"""The process of an isolated controller: started, listened to, and ended reliably."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ KEPT_VARIABLES = (
     "LANG",
     "LC_ALL",
     "TZ",
-    "OMP_NUM_THREADS",  # how many threads there are decides how sums are split
+    "OMP_NUM_THREADS",  # the number of threads decides how sums are split
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
 )
@@ -40,7 +40,7 @@ PATIENCE_S = 5.0
 
 
 class Process:
-    """One child; nothing of it is left after :meth:`close`."""
+    """A child process; nothing of it is left after :meth:`close`."""
 
     def __init__(self, support: SandboxSupport, visible: VisibleFiles, limits: Limits) -> None:
         self._support = support
@@ -58,7 +58,7 @@ class Process:
         self._output = _Output(self._child.stdout)
 
     def close(self) -> None:
-        """Kill it, and all that it started; safe to call again."""
+        """Kill it and everything it started; may be called again."""
         with suppress(OSError, ValueError):
             os.killpg(self._child.pid, signal.SIGKILL)
         self._child.wait()
@@ -67,22 +67,22 @@ class Process:
         self._held.close()
 
     def exit_reason(self) -> tuple[type[ControllerError], str]:
-        """How it ended, once its end of the channel is closed: the kind of error, and in words."""
+        """Why it ended, once its end of the channel is closed: kind of error, and a sentence."""
         try:
             code = self._child.wait(PATIENCE_S)
         except subprocess.TimeoutExpired:
             return BrokenRuleError, "its process closed the channel to the benchmark"
         self._output.join()
         said = self._output.last_line
-        if self._support.bubblewrap and code > 128:  # which reports a signal as shells do
+        if self._support.bubblewrap and code > 128:  # it reports signals as shells do
             code = 128 - code
         how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
-        reason = f"its process ended {how}" + (f" (it last said: {said})" if said else "")
+        reason = f"its process ended {how}" + (f" (its last output: {said})" if said else "")
         return (OutOfMemoryError if of_memory(said) else ControllerFailedError), reason
 
 
 class _Output:
-    """Passes on what a child prints, as much as one may want to read, as plain text."""
+    """Passes on what a child prints as plain text, up to a limit."""
 
     def __init__(self, stream: IO[bytes] | None) -> None:
         self._stream = stream
@@ -93,13 +93,13 @@ class _Output:
 
     @property
     def last_line(self) -> str:
-        """The last line that says something."""
+        """The last line that is not empty."""
         text = printable(self._end.decode(errors="replace"))
         lines = [line for line in text.splitlines() if line.strip()]
         return lines[-1].strip()[:300] if lines else ""
 
     def join(self) -> None:
-        """Wait until all that was printed is passed on."""
+        """Wait until everything printed is passed on."""
         self._thread.join(PATIENCE_S)
 
     def _pass_on(self) -> None:
@@ -108,7 +108,7 @@ class _Output:
         with self._stream as stream:
             while piece := os.read(stream.fileno(), 1 << 16):
                 self._end = (self._end + piece)[-4096:]
-                if self._left <= 0:  # it must be read all the same, or the child would stand still
+                if self._left <= 0:  # it must still be read, or the child would block
                     continue
                 shown, self._left = piece[: self._left], self._left - len(piece)
                 _show(printable(shown.decode(errors="replace")))
@@ -129,7 +129,7 @@ def _started(
     inherited = [site.channel]
     with tempfile.TemporaryFile() as options:
         if support.bubblewrap:
-            # In a file, since a sandboxed process may read the command line of its sandbox.
+            # In a file, since a sandboxed process can read its sandbox's command line.
             options.write("\0".join(bubblewrap_options(visible, site)).encode())
             options.seek(0)
             inherited.append(options.fileno())
@@ -146,7 +146,7 @@ def _started(
                 start_new_session=True,
             )
         except OSError as error:
-            raise RealBenchError(f"a process for the controller cannot start: {error}") from error
+            raise RealBenchError(f"cannot start a process for the controller: {error}") from error
 
 
 def _environment(support: SandboxSupport, site: Site) -> dict[str, str]:

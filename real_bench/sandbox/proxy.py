@@ -26,14 +26,14 @@ Arrays = list[NDArray[Any]]
 
 
 class SandboxProxy:
-    """A controller behind a channel. What comes back is plain data, checked here once more.
+    """A controller behind a channel. What comes back is plain data, and checked again here.
 
     Args:
         spec: how the user names it, for messages.
         identity: what it is.
         control: what its commands must fit.
-        client: with the process that it is in.
-        number: which of the copies in that process it is; 0 is the one they were made from.
+        client: of its process.
+        number: which copy in that process it is; 0 is the original.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class SandboxProxy:
         self._control, self._number = control, number
 
     def seed(self, seed: int) -> None:
-        """Seed it, and what controllers draw from without being asked to."""
+        """Seed it and the global generators that it may draw from."""
         self._ask("seed", seed)
 
     def call(self, hook: str, *arguments: Any) -> None:
@@ -57,7 +57,7 @@ class SandboxProxy:
         self._ask("call", hook, [self._told(argument) for argument in arguments])
 
     def next_action(self, observation: Observation) -> Action:
-        """The next whole action, one that can be executed; what it looks at is sent as it asks."""
+        """The next whole action, one that can be executed; observations are sent on demand."""
         answer = self._ask("next_action", list(observation), observation=observation)
         try:
             return check_action(_action(answer), self._control)
@@ -79,7 +79,7 @@ class SandboxProxy:
             raise fault(self, f"step() returned a bad action: {error}") from error
 
     def explain(self) -> Explanation | None:
-        """Why it chose its last action, where it says so."""
+        """Why it chose its last action, if it says so."""
         match self._ask("explain", size=EXPLANATION):
             case None:
                 return None
@@ -96,10 +96,10 @@ class SandboxProxy:
             raise fault(self, f"explain() returned a bad explanation: {error}") from error
 
     def take_logged(self) -> list[Entry]:
-        """The numbers that it has noted since it was last asked."""
+        """The numbers that it logged since the last call."""
         noted = self._ask("take_logged", size=LOGGED)
         if not (isinstance(noted, list) and len(noted) <= MOST_ENTRIES):
-            raise fault(self, "its process does not say what was logged")
+            raise fault(self, "its process did not say what was logged")
         return [self._entry(one) for one in noted]
 
     def get_state(self) -> ControllerState:
@@ -120,22 +120,22 @@ class SandboxProxy:
             case [list(names), list(contents)] if len(names) == len(contents):
                 pass
             case _:
-                raise broken(self, "its process does not say what files it wrote")
+                raise broken(self, "its process did not say what files it wrote")
         if not all(isinstance(name, str) and is_plain_path(name) for name in names):
-            raise broken(self, "its process gives a file a name that leads elsewhere")
+            raise broken(self, "its process gives a file a name outside its folder")
         if not all(isinstance(one, np.ndarray) and one.dtype == np.uint8 for one in contents):
-            raise broken(self, "its process gives files that are not of bytes")
+            raise broken(self, "its process gives files that do not hold bytes")
         return dict(zip(names, (content.tobytes() for content in contents), strict=True))
 
     def copy(self) -> SandboxProxy:
         """An independent copy of the controller as it is now, in the same process."""
         number = self._ask("copy")
         if type(number) is not int:
-            raise broken(self, "its process does not say which copy it made")
+            raise broken(self, "its process did not say which copy it made")
         return SandboxProxy(self.spec, self.identity, self._control, self.client, number)
 
     def close(self) -> None:
-        """A copy is forgotten; with the first one the process ends."""
+        """Drop a copy; closing the original ends the process."""
         if self._number == 0:
             self.client.close()
         elif not self.client.is_over:
@@ -160,28 +160,28 @@ class SandboxProxy:
             case [str(name), float(value)]:
                 pass
             case _:
-                raise fault(self, "it logged what is no name and number")
+                raise fault(self, "it logged something other than a name and a number")
         try:
             return checked_entry(name, value)
         except ValueError as error:
-            raise fault(self, f"it logged what cannot be recorded: {error}") from error
+            raise fault(self, f"it logged something that cannot be recorded: {error}") from error
 
     def _restored(self, answer: Any) -> ControllerState:
         match answer:
             case [str(structure), list(arrays)]:
                 pass
             case _:
-                raise broken(self, "its process hands over no state")
+                raise broken(self, "its process did not hand over a state")
         try:
             if not all(isinstance(array, np.ndarray) for array in arrays):
-                raise ValueError("an array is none")
+                raise ValueError("an array is missing")
             return restore_state(structure, lambda number: arrays[number])
         except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
             raise broken(self, f"its process hands over a damaged state: {error}") from error
 
 
 def broken(proxy: SandboxProxy, what: str) -> BrokenRuleError:
-    """An error of one that was tampered with: its honest process would not answer so."""
+    """An error of a controller that tampered with its process: no honest one answers so."""
     return BrokenRuleError(f"controller {proxy.spec}: {what}")
 
 

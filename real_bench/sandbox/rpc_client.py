@@ -1,4 +1,4 @@
-"""Questions to an isolated controller, each answered in time or not at all."""
+"""Requests to an isolated controller, answered in time or not at all."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ class _InChild(Exception):  # noqa: N818  what another process says of an error 
 
 
 class RpcClient:
-    """What one child is asked, and what it answers.
+    """Requests to one child, and its answers.
 
-    The child asks back for what it wants to see while it is being asked for an action.
+    While it chooses an action, the child asks back for what it wants to see.
 
     Args:
         spec: how the user names the controller, for messages.
         visible: what it sees of the file system.
 
     Attributes:
-        world_told: the number of the last world that it was told of.
-        limits: what it may use up.
+        world_told: the number of the last world that it knows.
+        limits: what it may use.
     """
 
     def __init__(
@@ -68,11 +68,11 @@ class RpcClient:
         size: Size = ANSWER,
         observation: Mapping[str, Any] | None = None,
     ) -> Any:
-        """The answer to a question; raises ControllerError, and then no more can be asked.
+        """The answer to a request; after a ControllerError no more requests are possible.
 
         Args:
-            question: the name of what the child is to do.
-            *arguments: what it needs for that.
+            question: the name of the request.
+            *arguments: its arguments.
             size: the largest answer.
             observation: what the child may ask back for.
         """
@@ -86,23 +86,23 @@ class RpcClient:
             why = f"{_what(question, arguments)} {self._too_late(allowed)}"
             raise self._ended(OutOfTimeError, why) from None
         except MessageError as error:
-            why = f"a message of its process is refused: {error}"
+            why = f"a message from its process was refused: {error}"
             raise self._ended(BrokenRuleError, why) from error
         except Closed:
             kind, how = self._process.exit_reason()
             raise self._ended(kind, f"{how} in {_what(question, arguments)}") from None
         except ControllerError as error:
-            self._end = error  # it is the reason for whatever else fails from now on
+            self._end = error  # the reason for all later failures
             self.close()
             raise
         except BaseException:
-            self.close()  # interrupted between question and answer: nothing fits any more
+            self.close()  # interrupted between question and answer: out of step
             raise
         finally:
             self._time_left -= time.monotonic() - began
 
     def new_file(self) -> Path:
-        """Where to put a file that the child is to read."""
+        """The path of a new file for the child to read."""
         self._n_files += 1
         return self._process.inbox / f"experience-{self._n_files}.h5"
 
@@ -143,7 +143,7 @@ class RpcClient:
                     fault = " ".join(printable(text[:MAX_FAULT_LETTERS]).split())
                     raise fault_of_kind(kind, fault) from _InChild(trace[-MAX_TRACEBACK_LETTERS:])
                 case _:
-                    raise MessageError("it answers what was not asked")
+                    raise MessageError("it answered a question that was not asked")
 
     def _ended(self, kind: type[ControllerError], what: str) -> ControllerError:
         self._end = self.fault(what, kind)
@@ -157,8 +157,8 @@ class RpcClient:
 
 
 def _what(question: str, arguments: tuple[Any, ...]) -> str:
-    """What the controller was doing, as its author knows it."""
+    """What the controller was doing, in its author's terms."""
     if question == "call":
         return f"{arguments[1]}()"
-    names = {"identity": "its import", "make": "its making", "copy": "its copying"}
+    names = {"identity": "its import", "make": "its creation", "copy": "its copying"}
     return names.get(question, f"{question}()")

@@ -53,14 +53,14 @@ _ONLY_ITSELF = ("kill", "tgkill", "prlimit64")  # allowed where the first argume
 
 
 def available() -> bool:
-    """Whether this system filters system calls, and we know their numbers."""
+    """Whether this system can filter system calls, and their numbers are known."""
     if platform.system() != "Linux" or platform.machine() not in _MACHINES:
         return False
     return int(ctypes.CDLL(None).prctl(_GET_SECCOMP, 0, 0, 0, 0)) >= 0
 
 
 def restrict() -> None:
-    """Filter the system calls of this thread and of all that it will start; raises OSError."""
+    """Filter the system calls of this thread and of everything it starts; raises OSError."""
     program = _program(os.getpid())
     code = ctypes.create_string_buffer(b"".join(struct.pack("<HBBI", *line) for line in program))
     size_and_place = struct.pack("@HP", len(program), ctypes.addressof(code))
@@ -86,7 +86,9 @@ def _program(own_pid: int) -> list[tuple[int, int, int, int]]:
         program += [(_AT_LEAST, 0, 1, _X32), refuse]
     for name, number in {**numbers, **_NEWER}.items():
         allow = (_RETURN, 0, 0, _ALLOW)
-        if name == "clone3":  # its flags lie in memory, out of our sight: libc then uses clone
+        if (
+            name == "clone3"
+        ):  # its flags are in memory, which a filter cannot see: libc then uses clone
             rest = [(_RETURN, 0, 0, _REFUSE | errno.ENOSYS)]
         elif name == "clone":
             rest = [(_LOAD, 0, 0, _FIRST_ARGUMENT), (_ANY_BIT, 0, 1, _CLONE_THREAD), allow, refuse]

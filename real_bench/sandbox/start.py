@@ -1,7 +1,7 @@
 """What the child runs first: give up what a controller must not have, then serve.
 
-A script, run by its path. Until the rights are given up it uses nothing but the standard library:
-libraries such as numpy start threads, which would keep theirs.
+A script, run by its path. Until the rights are given up it uses only the standard library:
+libraries like numpy start threads, which would keep their rights.
 """
 
 import ctypes
@@ -53,7 +53,7 @@ def _work_in(workplace: "dict[str, Any]") -> None:
 
 
 def _die_with_parent(parent: "int | None") -> None:
-    """Where the parent dies in whatever way, so does this process; in a sandbox that sees to it."""
+    """Die with the parent, however it dies; inside a sandbox, the sandbox ensures that."""
     if parent is None or platform.system() != "Linux":
         return
     ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL, 0, 0, 0)

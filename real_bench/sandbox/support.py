@@ -1,4 +1,4 @@
-"""The support around an isolated controller: what a system has of them, and how they are put up."""
+"""The isolation that a system supports, and how it is set up."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SandboxSupport:
     """What this system can enforce.
 
     Attributes:
-        bubblewrap: the program, where it is there and works: own file system, processes, network.
+        bubblewrap: the program, if it is there and works: own file system, processes, network.
         landlock: whether the kernel restricts a process to some files; used without bubblewrap.
         seccomp: whether the kernel filters system calls: no new processes, no network.
     """
@@ -37,7 +37,7 @@ class SandboxSupport:
 
     @property
     def keep_files(self) -> bool:
-        """Whether files are out of its reach."""
+        """Whether files are out of the controller's reach."""
         return bool(self.bubblewrap) or self.landlock
 
     def missing(self) -> list[str]:
@@ -74,7 +74,7 @@ def kernel_support() -> SandboxSupport:
 
 @cache
 def sandbox_support() -> SandboxSupport:
-    """The best that this system offers; bubblewrap is tried."""
+    """The best that this system offers; tries whether bubblewrap works."""
     bare = kernel_support()
     program = shutil.which("bwrap")
     return SandboxSupport(
@@ -115,10 +115,10 @@ _NAMESPACES = (
 
 @dataclass(frozen=True)
 class Site:
-    """Where one controller is to run.
+    """Where one controller runs.
 
     Attributes:
-        folder: a folder of its own; it sees ``inbox`` read-only, and writes into ``tmp``.
+        folder: a folder of its own; it can read ``inbox``, and write into ``tmp``.
         channel: the descriptor of its end of the channel.
     """
 
@@ -145,7 +145,7 @@ def python_command(
         bare_reach = {
             "read": [str(path) for path in (*_seen(visible), site.inbox)],
             "write": [*(path for path in DEVICES if Path(path).exists()), str(site.tmp)],
-            "names": [str(path.parent) for path in visible.own],  # to import, Python looks there
+            "names": [str(path.parent) for path in visible.own],  # Python lists them to import
         }
     orders = {
         "channel": site.channel,
@@ -172,7 +172,7 @@ def bubblewrap_options(visible: VisibleFiles, site: Site) -> list[str]:
     return [
         *_NAMESPACES,
         *("--proc", "/proc", "--dev", "/dev"),
-        # Root outside would be let write the system's settings, whoever it is said to be inside.
+        # Root outside could write the system's settings, whoever it appears to be inside.
         *("--remount-ro", "/dev", "--remount-ro", "/proc"),
         *("--size", str(TEMPORARY_BYTES), "--tmpfs", "/tmp"),
         *_flat(("--symlink", str(Path(path).readlink()), path) for path in links),
@@ -184,7 +184,7 @@ def bubblewrap_options(visible: VisibleFiles, site: Site) -> list[str]:
 
 
 def _seen(visible: VisibleFiles) -> Iterator[Path]:
-    """What is seen, without the folders that are hidden in it."""
+    """What is visible, without the folders hidden in it."""
     for path in (*visible.shared, *visible.own):
         yield from _without(path, [hidden for hidden in visible.hidden if path != hidden])
 
@@ -205,7 +205,7 @@ def _masked(visible: VisibleFiles) -> list[Path]:
 
 
 def _mask(path: Path) -> tuple[str, ...]:
-    """What lies over something hidden: an empty folder, or a file in which nothing is."""
+    """What covers something hidden: an empty folder, or an empty file."""
     if path.is_dir():
         return ("--size", "65536", "--tmpfs", str(path))
     return ("--ro-bind", "/dev/null", str(path))

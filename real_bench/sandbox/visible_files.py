@@ -22,20 +22,20 @@ SYSTEM = (
     "/etc/alternatives",
     "/etc/ld.so.cache",
     "/etc/localtime",
-    "/sys/devices/system/cpu",  # how many cores there are, which decides how sums are split
+    "/sys/devices/system/cpu",  # the number of cores decides how sums are split
 )
 
 
 @dataclass(frozen=True)
 class VisibleFiles:
-    """Paths that are seen, read-only, at the places where they are.
+    """Paths that are visible, read-only, where they are.
 
     Attributes:
         own: the files and folders that the controller came with.
         shared: Python, its packages, and the system's libraries.
-        hidden: folders and files among these that are not seen: goals, recordings and results.
-        import_from: folders to import from beside Python's own.
-        folder: the folder of a controller that is a file; a copy of what is seen of it is the
+        hidden: folders and files among these that are invisible: goals, recordings and results.
+        import_from: folders to import from besides Python's own.
+        folder: the folder of a controller that is a file; a copy of its visible part is the
             working directory.
     """
 
@@ -46,19 +46,19 @@ class VisibleFiles:
     folder: Path | None = None
 
     def check_hides(self, secrets: Iterable[Path]) -> None:
-        """Raise ControllerError where the controller would see one of these."""
+        """Raise ControllerError if the controller could see one of these."""
         for secret in secrets:
             place = secret.resolve()
             if _within(place, self.hidden):
                 continue
             if _within(place, self.own) or _within(place, self.shared):
                 raise ControllerError(
-                    f"{secret} lies where an isolated controller may read: keep it outside of "
-                    "the controller's package, of Python and of the system's folders"
+                    f"{secret} lies where an isolated controller may read: keep it outside "
+                    "the controller's package, Python and the system's folders"
                 )
 
     def withheld(self) -> list[str]:
-        """What of the controller's own folder is not shown to it, by name."""
+        """What is hidden in the controller's own folder, by name."""
         if self.folder is None:
             return []
         return [
@@ -73,9 +73,9 @@ def visible_files(
 ) -> VisibleFiles:
     """What a controller sees; found without importing any of it.
 
-    Of the folder in which a controller's file lies it sees all that is there at the start, but
-    links, what tools keep there, recordings, goals and results of ours, and secrets. What is put
-    there later is not seen, unless into a folder of it.
+    In the folder of its file a controller sees everything that is there at the start except links,
+    caches of tools, recordings, goals and results, and secrets. What is added later is invisible,
+    unless in a folder of it.
 
     Args:
         source: the controller.
@@ -100,7 +100,7 @@ def visible_files(
 
 
 def _user_site() -> tuple[Path, ...]:
-    """The user's own packages, where Python uses them; the child is told to ignore the user."""
+    """The user's own packages, if Python uses them; the child ignores the user's site."""
     return (Path(site.getusersitepackages()),) if site.ENABLE_USER_SITE else ()
 
 

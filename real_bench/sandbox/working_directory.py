@@ -1,4 +1,4 @@
-"""The working directory of an isolated controller: a copy of the folder that it lies in."""
+"""The working directory of an isolated controller: a copy of its folder."""
 
 import hashlib
 import json
@@ -17,8 +17,8 @@ def make(place: Path, folder: Path | None, own: Iterable[Path], hidden: Iterable
     """Make the working directory, and go there.
 
     Args:
-        place: where it is to be.
-        folder: the controller's folder; None where there is none to copy.
+        place: where to make it.
+        folder: the controller's folder; None if there is none to copy.
         own: what of that folder is copied.
         hidden: what is left out of these.
     """

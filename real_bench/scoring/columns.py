@@ -1,22 +1,22 @@
-"""Columns of a printed table: only those in which somebody has something."""
+"""Columns of a printed table, without empty ones."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
 ABSENT = "-"
-"""What stands where there is no number."""
+"""Printed where there is no number."""
 
 
 def filled(
     headings: Sequence[str], rows: Sequence[Sequence[str]], always: Collection[str] = ()
 ) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows without the columns that have nothing in any row.
+    """Headings and rows without the columns that are empty in every row.
 
     Args:
         headings: of the columns.
-        rows: the cells, a sequence a row.
-        always: headings of columns that stay all the same.
+        rows: the cells, one sequence per row.
+        always: headings of columns that are always kept.
     """
     kept = [
         number

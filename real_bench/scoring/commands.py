@@ -24,7 +24,7 @@ LARGEST_COMMAND = 32
 
 
 def row_type(size: int) -> np.dtype[Any]:
-    """How one command of so many numbers is kept; ``begins`` where it is an action's first."""
+    """The row type of a command of ``size`` numbers; ``begins`` marks the first of an action."""
     fields = [("command", "<f8", (size,)), ("n_steps", "<i8"), ("line", "u1"), ("begins", "u1")]
     return np.dtype(fields)
 
@@ -38,7 +38,7 @@ class Commands(BaseModel):
         data: the rows (:func:`row_type`), one after the other, zlib-compressed, as base64.
 
     Raises:
-        ValueError: the data are not what is declared, or no commands.
+        ValueError: the data are not what is declared, or not commands.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -57,7 +57,7 @@ class Commands(BaseModel):
         """The commands of actions, at least one; raises ResultError for too many."""
         rows = np.concatenate([_rows(action) for action in actions])
         if int(rows["n_steps"].sum()) > LONGEST_TRIAL:
-            raise ResultError(f"a trial of more than {LONGEST_TRIAL:,} steps cannot be kept")
+            raise ResultError(f"a trial of more than {LONGEST_TRIAL:,} steps cannot be stored")
         data = base64.b64encode(zlib.compress(rows.tobytes())).decode()
         return cls(size=rows["command"].shape[1], rows=len(rows), data=data)
 
@@ -98,20 +98,20 @@ class Commands(BaseModel):
         return len(np.unique(number[commanded]))
 
     def _unpacked(self) -> NDArray[Any]:
-        """The rows, checked; never more bytes than are declared, whatever the data would give."""
+        """The rows, checked; never unpacks more bytes than are declared."""
         kind = row_type(self.size)
         content = _decompressed(self.data, self.rows * kind.itemsize)
         rows = np.frombuffer(content, kind)
         missing = np.isnan(rows["command"])
         durations = rows["n_steps"]
         if (missing.any(axis=1) != missing.all(axis=1)).any():
-            raise ValueError("a command is neither whole nor absent: some of it is NaN")
+            raise ValueError("a command must be all numbers or all NaN")
         if not ((durations >= 1) & (durations <= LONGEST_TRIAL)).all():
             raise ValueError(f"a command lasts 1 to {LONGEST_TRIAL} steps")
         if int(durations.sum()) > LONGEST_TRIAL:
             raise ValueError(f"commands last more than {LONGEST_TRIAL} steps together")
         if rows["begins"][0] != 1 or max(rows["begins"].max(), rows["line"].max()) > 1:
-            raise ValueError("commands do not say where actions begin")
+            raise ValueError("commands do not mark where actions begin")
         return rows
 
 
@@ -130,7 +130,7 @@ def _decompressed(data: str, n_bytes: int) -> bytes:
     except (binascii.Error, ValueError, zlib.error) as error:
         raise ValueError(f"commands cannot be unpacked: {error}") from error
     if base64.b64encode(compressed).decode() != data or stream.unused_data:
-        raise ValueError("commands cannot be unpacked: something is beside them")
+        raise ValueError("commands cannot be unpacked: there is extra data")
     if len(content) != n_bytes or not stream.eof:
         raise ValueError(f"commands do not unpack to the {n_bytes} bytes that are declared")
     return content

@@ -16,7 +16,7 @@ from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import Floats, Interval, goals_interval
 
 ALIKE = ("objects", "scene_sha256", "trial_steps")
-"""What must agree between any two results that are compared."""
+"""What must agree between compared results."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class MetricComparison:
     """A against B in one metric.
 
     Attributes:
-        a, b: both means; NaN, as all the others, where a trial does not tell.
-        interval: of the mean difference, over goals: how far it would go on other goals such as
-            these, after the same plays. None for one goal.
+        a, b: both means; these and the rest are NaN if a trial lacks the number.
+        interval: of the mean difference, over goals: what to expect on other goals like these,
+            after the same plays. None for one goal.
         improvement: the probability that A is better than B on a goal, a tie counting half.
-        improvement_interval: the same of it.
+        improvement_interval: of that probability.
     """
 
     a: float
@@ -39,7 +39,7 @@ class MetricComparison:
 
     @property
     def difference(self) -> float:
-        """Mean of A less mean of B."""
+        """Mean of A minus mean of B."""
         return self.a - self.b
 
     def to_json(self) -> dict[str, Any] | None:
@@ -61,7 +61,7 @@ class GoalComparison:
 
     @property
     def difference(self) -> float:
-        """A less B."""
+        """A minus B."""
         return self.a - self.b
 
 
@@ -100,14 +100,14 @@ def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
     """Compare two sets of results on the same goals; repeats are results on the same goal set.
 
     Raises:
-        ResultError: they are not of the same scene, number of objects, length and goals.
+        ResultError: scene, number of objects, length or goals differ.
     """
     _check_alike([*a, *b])
     ours, theirs = by_goal(a), by_goal(b)
     if ours.keys != theirs.keys:
         raise ResultError(
-            f"A and B are not on the same goals: {len(ours.keys)} and {len(theirs.keys)}, of which "
-            f"{len(set(ours.keys) & set(theirs.keys))} in common"
+            f"A and B are not on the same goals: {len(ours.keys)} and {len(theirs.keys)}, "
+            f"{len(set(ours.keys) & set(theirs.keys))} of them in common"
         )
     means = ours.values(SCORE).mean(axis=0), theirs.values(SCORE).mean(axis=0)
     return Comparison(
@@ -146,20 +146,20 @@ def _check_alike(results: Sequence[Result]) -> None:
 
 
 def check_one_control(settings: Iterable[Setting]) -> None:
-    """Raise ResultError where one way of control occurs in two versions."""
+    """Raise ResultError if one way of control occurs in two versions."""
     versions: dict[str, int] = {}
     for setting in settings:
         control = Condition.parse(setting.condition).control_type
         first = versions.setdefault(control.letter, setting.control_version)
         if setting.control_version != first:
             raise ResultError(
-                f"results are of two versions of {control.name} "
+                f"results were made with two versions of {control.name} "
                 f"({first} and {setting.control_version}), in which the same commands move the "
                 "robot a little differently: test again with this version"
             )
 
 
 def _chances(a: Floats, b: Floats) -> Floats:
-    """For each goal, how often a repeat of A has more than one of B, (n_goals,)."""
+    """For each goal, how often a repeat of A beats one of B, (n_goals,)."""
     difference = np.sign(a[:, None, :] - b[None, :, :])
     return np.asarray((difference.mean(axis=(0, 1)) + 1) / 2, np.float64)

@@ -1,4 +1,4 @@
-"""The benchmark's metric (paper, section Metrics), and what else is told of a trial.
+"""The benchmark's metric (paper, section Metrics), and other numbers of a trial.
 
 Lengths are metres.
 """
@@ -21,7 +21,7 @@ DECAY = math.log(4) / 0.10
 """The constant c of the paper: 10 cm away from its goal an object still scores 0.25."""
 
 NEAR_M = 0.03
-"""An object that is no farther from its goal has reached it."""
+"""An object this close to its goal has reached it."""
 
 
 def distances(positions: ArrayLike, goal_positions: ArrayLike) -> NDArray[np.float64]:
@@ -47,11 +47,11 @@ class Metric:
 
     Attributes:
         heading: of its column.
-        of: the number, from what is kept of a trial; None where that is not enough.
-        unit: of the number; empty where it has none.
+        of: the number, from what is kept of a trial; None if that is not enough.
+        unit: of the number; empty if it has none.
         form: how it is printed.
         higher_is_better: whether more of it is better.
-        narrow: whether it has a column where room is short: in the table of an experiment.
+        narrow: whether it has a column where room is short, as in an experiment's table.
     """
 
     heading: str
@@ -81,7 +81,7 @@ class Metric:
         return f"{self.text(interval.low)} to {self.text(interval.high)}"
 
     def number(self, trial: TrialResult) -> float:
-        """The number of a trial; NaN where there is none."""
+        """The number of a trial; NaN if there is none."""
         value = self.of(trial)
         return math.nan if value is None else float(value)
 
@@ -108,4 +108,4 @@ METRICS: dict[str, Metric] = {
         narrow=False,
     ),
 }
-"""By name, the benchmark's first. Every table, page and JSON shows what is here."""
+"""By name, the benchmark's first. Every table, page and JSON shows these."""

@@ -1,4 +1,4 @@
-"""Results of versions 1 and 2, which kept numbers that follow from others."""
+"""Results of versions 1 and 2, which stored derived numbers as well."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ DERIVED = ("complete", "summary")
 
 
 def in_present_form(content: Content) -> Content:
-    """What a file would say today; summaries are left out, unread.
+    """A file's content in today's form; summaries are dropped unread.
 
     Raises:
-        ValueError: it is of an older version, and not as that was.
+        ValueError: it does not fit its version.
     """
     version = content["version"]
     if version == VERSION:
@@ -34,25 +34,25 @@ def in_present_form(content: Content) -> Content:
 
 
 def _setting(setting: dict[str, Any]) -> dict[str, Any]:
-    """There ``n_goals`` was how many were asked for: the first of the set."""
+    """Then, ``n_goals`` was how many goals were asked for: the first of the set."""
     count = setting.get("n_goals")
     if not isinstance(count, int) or not 0 <= count <= MOST_GOALS or "goal_numbers" in setting:
-        raise ValueError(f"n_goals must be 0 to {MOST_GOALS:,}, and say which are asked for")
+        raise ValueError(f"n_goals must be 0 to {MOST_GOALS:,}")
     return {**setting, "n_goals": None, "goal_numbers": tuple(range(count))}
 
 
 def _trial(trial: Any, *, keeps_commands: bool) -> dict[str, Any]:
-    """There the score was kept beside the distances that it follows from."""
+    """Then, the score was stored beside the distances that it follows from."""
     if not isinstance(trial, dict) or ("commands" in trial) != keeps_commands:
-        raise ValueError("all trials keep their commands from version 2 on, and none does before")
+        raise ValueError("all trials keep their commands since version 2, and none did before")
     facts = {key: value for key, value in trial.items() if key != "score"}
     if not _is_score(trial.get("score"), trial.get("distances")):
-        raise ValueError("the score of a trial is not that of its distances")
+        raise ValueError("the score of a trial does not follow from its distances")
     return facts
 
 
 def _is_score(score: Any, away: Any) -> bool:
-    """But for rounding, which may differ between machines."""
+    """Whether a score follows from distances, up to rounding, which machines do differently."""
     if not isinstance(away, list):
         return False
     if not all(isinstance(each, int | float) and 0 <= each <= LARGEST for each in [score, *away]):

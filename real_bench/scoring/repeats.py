@@ -1,4 +1,4 @@
-"""What several repeats of one test say together (paper, table of scores)."""
+"""Several repeats of one test, summarised (paper, table of scores)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from real_bench.scoring.statistics import (
 )
 
 ENOUGH_REPEATS = 5
-"""With fewer, a difference to another score says little."""
+"""With fewer plays, a difference to another score says little."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class ByGoal:
     Attributes:
         keys: of each goal: hash of its goal set, and its number in it.
         classes: of each goal.
-        plays: of each repeat, what it learned from: hashes of recordings, or the seed where there
+        plays: of each repeat, what it learned from: hashes of recordings, or the seed if there
             was no play.
-        trials: of each repeat, one a goal.
+        trials: of each repeat, one per goal.
     """
 
     keys: tuple[tuple[str, int], ...]
@@ -43,7 +43,7 @@ class ByGoal:
     trials: tuple[tuple[TrialResult, ...], ...]
 
     def values(self, metric: str) -> Floats:
-        """A metric, (n_repeats, n_goals); NaN where a trial does not tell."""
+        """A metric, (n_repeats, n_goals); NaN where a trial lacks the number."""
         number = METRICS[metric].number
         return np.array([[number(trial) for trial in row] for row in self.trials])
 
@@ -58,7 +58,7 @@ class MetricSummary:
     """A metric over several repeats.
 
     Attributes:
-        mean: of all values; NaN, as all the others, where a trial does not tell.
+        mean: of all values; this and the rest are NaN if a trial lacks the number.
         standard_error: of the mean over the repeats; None for one.
         interval: see :func:`real_bench.scoring.statistics.mean_interval`.
         interquartile_mean: of all values.
@@ -99,7 +99,7 @@ class RepeatsSummary:
         return self.n_plays >= ENOUGH_REPEATS
 
     def to_json(self) -> dict[str, Any]:
-        """Every number; None where there is none."""
+        """Every number; None if there is none."""
         facts = asdict(self)
         for name, summary in self.metrics.items():
             if np.isnan(summary.mean):
@@ -108,7 +108,7 @@ class RepeatsSummary:
 
 
 def by_goal(results: Sequence[Result]) -> ByGoal:
-    """Trials of results, those on the same goal set as repeats.
+    """Trials of results; results on the same goal set are repeats.
 
     Raises:
         ResultError: there is none, or one of them twice, or goal sets do not have equally many
@@ -120,7 +120,7 @@ def by_goal(results: Sequence[Result]) -> ByGoal:
     ]
     if len(set(tests)) < len(tests):
         raise ResultError(
-            "two results are of the same test: repeats are of other seeds, or other recordings"
+            "two results are of the same test: repeats need different seeds or recordings"
         )
     for result in sorted(results, key=lambda each: (each.setting.seed, each.setting.run_sha256)):
         sets.setdefault(result.setting.goals_sha256, []).append(result)
@@ -134,7 +134,7 @@ def by_goal(results: Sequence[Result]) -> ByGoal:
         numbers = [[trial.goal for trial in result.trials] for result in group]
         if any(each != numbers[0] for each in numbers) or not numbers[0]:
             goals = group[0].setting.goals_sha256[:8]
-            raise ResultError(f"results on goal set {goals} have not tested the same goals")
+            raise ResultError(f"results on goal set {goals} did not test the same goals")
     firsts = [
         (group[0].setting.goals_sha256, trial) for group in groups for trial in group[0].trials
     ]
@@ -167,7 +167,7 @@ def summarise_repeats(table: ByGoal) -> RepeatsSummary:
 
 
 def _play(result: Result) -> str:
-    """What tells the play that a result learned from."""
+    """What identifies the play that a result learned from."""
     setting = result.setting
     return setting.run_sha256 or f"seed {setting.seed}"
 

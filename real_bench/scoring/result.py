@@ -1,4 +1,4 @@
-"""The result file of an extrinsic phase: JSON, written anew as each trial ends."""
+"""The result file of an extrinsic phase: JSON, rewritten after each trial."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from real_bench.counting import counted
 from real_bench.errors import ResultError, faults
 from real_bench.files import write_whole
 from real_bench.goal_sets.goal import CHALLENGES
@@ -34,12 +35,12 @@ Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
 
 def _one_line(text: str) -> str:
     if not text.isprintable():
-        raise ValueError("a name must be of letters that can be printed")
+        raise ValueError("a name must be printable")
     return text
 
 
 Line = Annotated[str, AfterValidator(_one_line)]
-"""Is printed as it is: a stranger's file must not move the cursor of a terminal."""
+"""Printed as it is, so a stranger's file must not move the cursor of a terminal."""
 
 
 class _Record(BaseModel):
@@ -47,7 +48,7 @@ class _Record(BaseModel):
 
 
 class Learned(_Record):
-    """Where what a controller had learned before its test came from.
+    """The origin of what a controller had learned before its test.
 
     Attributes:
         code_sha256: hash of all code of the controller that learned it.
@@ -67,12 +68,12 @@ class Setting(_Record):
         controller, controller_sha256: as named by the user, of a file without its folder; hash of
             all its code (before 0.2, of the file that defines it).
         settings: of the controller, whole; empty where it has none.
-        learned: what made the state that it went on from; None where it went on from none (and in
-            results of before 0.2).
+        learned: what made the state that it continued from; None if there was none (and in
+            results from before 0.2).
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
         goals_sha256: hash of the goal set's content.
-        n_goals: how many goals the set has; None where a result of an older version does not say.
-        goal_numbers: the goals of it that are asked for, ascending, from 0.
+        n_goals: how many goals the set has; None if an old result does not say.
+        goal_numbers: the goals to test, ascending, from 0.
         trial_steps: length of a trial.
         seed: of the test.
         versions: of Python and the packages that can change the outcome, and the physics.
@@ -108,7 +109,7 @@ class Setting(_Record):
 
     @property
     def set_size(self) -> int:
-        """How many goals the set has, as far as that is known."""
+        """How many goals the set has, as far as known."""
         return len(self.goal_numbers) if self.n_goals is None else self.n_goals
 
 
@@ -140,7 +141,9 @@ class TrialResult(_Record):
     @model_validator(mode="after")
     def _objects_fit(self) -> TrialResult:
         if self.challenge not in CHALLENGES:
-            raise ValueError(f"challenge {self.challenge!r} is none of {', '.join(CHALLENGES)}")
+            raise ValueError(
+                f"unknown challenge {self.challenge!r}: use one of {', '.join(CHALLENGES)}"
+            )
         if min(self.distances, default=-1.0) < 0 or len(self.final_poses) != len(self.distances):
             raise ValueError("each object needs its distance, 0 or more, and its final pose")
         return self
@@ -154,12 +157,12 @@ class TrialResult(_Record):
 class Result(_Record):
     """An extrinsic phase, finished or not: what was tested, and what happened.
 
-    Whatever follows from that is worked out when it is asked for.
+    Everything derived from these is computed on demand.
 
     Attributes:
         setting: what was tested.
         trials: in the order of their goals.
-        seconds: wall time of each trial, by goal number: all that differs when it is repeated.
+        seconds: wall time of each trial, by goal number: nothing else differs when repeated.
     """
 
     setting: Setting
@@ -172,16 +175,16 @@ class Result(_Record):
         if len(set(numbers)) < len(numbers) or numbers != sorted(numbers):
             raise ValueError("trials must be in order, each goal once")
         if other := sorted(set(numbers) - set(self.setting.goal_numbers)):
-            raise ValueError(f"there is a trial of goal {other[0]}, which is not asked for")
+            raise ValueError(f"there is a trial of goal {other[0]}, which was not asked for")
         if any(len(trial.distances) != self.setting.objects for trial in self.trials):
-            raise ValueError(f"trials must be of {self.setting.objects} object(s)")
+            raise ValueError(f"trials must have {counted(self.setting.objects, 'object')}")
         return self
 
     @model_validator(mode="after")
     def _commands_are_of_these_trials(self) -> Result:
         commands = [trial.commands for trial in self.trials if trial.commands is not None]
         if len(commands) not in (0, len(self.trials)):
-            raise ValueError("all trials keep their commands, or none does")
+            raise ValueError("either all trials keep their commands, or none")
         if any(kept.n_steps != self.setting.trial_steps for kept in commands):
             raise ValueError(f"the commands of a trial must last {self.setting.trial_steps} steps")
         return self
@@ -199,7 +202,7 @@ class Result(_Record):
 
     @property
     def is_finished(self) -> bool:
-        """Whether every trial that is asked for has been made."""
+        """Whether every trial that was asked for has been run."""
         return len(self.trials) == len(self.setting.goal_numbers)
 
     @property
@@ -209,19 +212,19 @@ class Result(_Record):
 
     @property
     def share(self) -> str:
-        """How much of the goal set has been tested, as in ``5 of 50 goals``."""
+        """How much of the goal set has been tested, e.g. ``5 of 50 goals``."""
         done, whole = len(self.trials), self.setting.set_size
-        return f"{done} goal{'s' * (done != 1)}" if self.is_complete else f"{done} of {whole} goals"
+        return counted(done, "goal") if self.is_complete else f"{done} of {counted(whole, 'goal')}"
 
     @property
     def score(self) -> float:
-        """M: the mean over the goals tested so far; raises ResultError where there is none."""
+        """M: the mean over the goals tested so far; raises ResultError if there are none."""
         if not self.trials:
             raise ResultError("the result has no trial yet")
         return float(np.mean([trial.score for trial in self.trials]))
 
     def to_json(self) -> Content:
-        """The file's content: setting, trials, the seal, and what time it took."""
+        """The file's content: setting, trials, the seal, and the times."""
         fields = self.model_dump(mode="json")
         content = {
             "format": FORMAT,
@@ -233,7 +236,7 @@ class Result(_Record):
         return sealed(content)
 
     def save(self, path: Path) -> None:
-        """Write the file; it appears whole. Raises ResultError where it would be too large."""
+        """Write the file; it appears whole. Raises ResultError if it would be too large."""
         text = (json.dumps(self.to_json(), indent=1) + "\n").encode()
         check_writable(path, text)
         write_whole(path, text)
@@ -249,7 +252,7 @@ def load_result(path: Path) -> Result:
     content = read_content(path)
     result = parse_content(content, path)
     if not is_sealed(content):
-        raise ResultError(f"{path} was altered: its seal is not that of its content")
+        raise ResultError(f"{path} was altered: its seal does not match its content")
     return result
 
 

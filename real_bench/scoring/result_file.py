@@ -1,4 +1,4 @@
-"""The JSON of a result file, read without trusting it, and the seals over all that it says."""
+"""The JSON of a result file, read without trusting it, and the seals over its content."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from real_bench.quoting import quoted
 
 FORMAT = "realbench-result"
 VERSION = 3
-"""Of what is written. Versions 1 and 2 had a summary, too; version 1 no commands and no seal."""
+"""Version of written files. 1 and 2 also had a summary; 1 had no commands and no seal."""
 
 LARGEST_FILE = 2**28
 """Bytes; fifty trials in which each step had another command take some 50 million."""
@@ -23,12 +23,12 @@ Content = dict[str, Any]
 
 
 def sealed(content: Content) -> Content:
-    """A file's content with the sha256 of all that it says.
+    """A file's content with its seal, a sha256.
 
     The seal covers everything but ``timing``, so it is the same when a test is repeated; a second
-    one, in ``timing``, covers the times and the first. They are of the values, not of how these
-    are set out. Whoever alters a file on purpose can make them anew; whoever does not is found
-    out. Raises ValueError for what JSON cannot hold.
+    one, in ``timing``, covers the times and the first. They cover the values, not their layout.
+    They reveal accidental changes; somebody who alters a file on purpose can make new ones. Raises
+    ValueError for what JSON cannot hold.
     """
     facts = {key: value for key, value in content.items() if key not in (SEAL, TIMING)}
     timing = {key: value for key, value in content.get(TIMING, {}).items() if key != SEAL}
@@ -37,12 +37,12 @@ def sealed(content: Content) -> Content:
 
 
 def is_sealed(content: Content) -> bool:
-    """Whether nothing was altered since the file was sealed, if it ever was."""
+    """Whether the file is unaltered since it was sealed, if it ever was."""
     return content["version"] == 1 or content == sealed(content)
 
 
 def read_content(path: Path) -> Content:
-    """What a result file says, not yet looked at.
+    """The content of a result file, not yet checked.
 
     Raises:
         ResultError: it does not exist, is not a result, or was written by a newer version.
@@ -57,15 +57,15 @@ def read_content(path: Path) -> Content:
             raise ResultError(f"{path} is not a result of realbench")
         if content.get("version") not in range(1, VERSION + 1):
             raise ResultError(
-                f"{path} is of version {quoted(str(content.get('version')))}, "
-                f"this reads 1 to {VERSION}"
+                f"{path} has version {quoted(str(content.get('version')))}, this realbench reads "
+                f"1 to {VERSION}: install a newer one"
             )
-        _sha256(content)  # whether all of it can be told again
+        _sha256(content)  # can all of it be written again?
     except FileNotFoundError as error:
         raise ResultError(f"result not found: {path}") from error
     except (json.JSONDecodeError, UnicodeDecodeError) as error:
         raise ResultError(
-            f"{path} cannot be read: it is no result, or damaged ({quoted(str(error), 200)})"
+            f"{path} cannot be read: not a result, or damaged ({quoted(str(error), 200)})"
         ) from error
     except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or quoted(str(error), 200)
@@ -74,11 +74,11 @@ def read_content(path: Path) -> Content:
 
 
 def check_writable(path: Path, text: bytes) -> None:
-    """Raise ResultError where a file could not be read again."""
+    """Raise ResultError if a file could not be read again."""
     if len(text) > LARGEST_FILE:
         raise ResultError(
             f"{path} would be larger than {LARGEST_FILE:,} bytes: test fewer goals at once; "
-            "the trials before are kept"
+            "earlier trials are kept"
         )
 
 
@@ -88,8 +88,8 @@ def _sha256(value: Any) -> str:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> Content:
-    """A JSON object; one in which a name is given twice could show one value and hold another."""
+    """A JSON object; a name given twice could show one value and hold another."""
     content = dict(pairs)
     if len(content) < len(pairs):
-        raise ValueError("it says something twice")
+        raise ValueError("a name is given twice")
     return content

@@ -1,4 +1,4 @@
-"""What many values say together. Pure: arrays in, records out."""
+"""Statistics of many values. Pure: arrays in, records out."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BOOTSTRAP_SEED = 0
 OVER_GOALS, OVER_PLAYS_AND_GOALS = "goals", "plays and goals"
 
 LEAST_PLAYS = 3
-"""Two plays do not tell how much plays differ: see ``python evaluation/intervals.py``."""
+"""Two plays do not show how much plays differ: see ``python evaluation/intervals.py``."""
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class Interval:
 
     Attributes:
         low, high: its ends.
-        over: what would be drawn anew: ``goals``, or ``plays and goals``.
+        over: what is resampled: ``goals``, or ``plays and goals``.
     """
 
     low: float
@@ -39,17 +39,17 @@ class Interval:
 
 
 def interval_heading(over: str) -> str:
-    """What stands above intervals."""
+    """The heading of intervals."""
     return f"95% over {over}"
 
 
 def goals_interval(
     values: ArrayLike, classes: Sequence[str], seed: int = BOOTSTRAP_SEED
 ) -> Interval | None:
-    """How far the mean over goals would go on other goals such as these, after the same play.
+    """The interval of the mean on other goals like these, after the same play.
 
-    A percentile bootstrap of the goals within their class. Where a class has a single goal, which
-    does not tell how its goals vary, all are one class.
+    A percentile bootstrap of the goals within their class. If a class has a single goal, which
+    cannot show how its goals vary, all are one class.
 
     Args:
         values: (n_goals,).
@@ -57,7 +57,7 @@ def goals_interval(
         seed: of the resampling, part of the result.
 
     Returns:
-        None for fewer than two goals, or where a value is NaN.
+        None for fewer than two goals, or if a value is NaN.
     """
     numbers = np.asarray(values, np.float64)
     if len(numbers) < 2 or np.isnan(numbers).any():
@@ -79,14 +79,14 @@ def goals_interval(
 def plays_interval(
     values: ArrayLike, classes: Sequence[str], least_plays: int = LEAST_PLAYS
 ) -> Interval | None:
-    """How far the mean would go if all was done again: plays and goals both drawn anew.
+    """The interval of the mean if everything were done again, with new plays and new goals.
 
     All plays meet the same goals, so the mean varies with plays, with goals (within their class)
-    and with both together. The variance of the plays' means and that of the goals' means each hold
-    the third part; where they are added, it is taken off once, and less of it the fewer plays there
-    are, which makes up for what these do not tell. Student's t with the degrees of freedom of the
-    sum (Satterthwaite 1946) does the rest. How often it holds the truth is printed by
-    ``python evaluation/intervals.py``.
+    and with their interaction. The variances of the plays' means and of the goals' means both
+    contain the interaction, so their sum counts it once too often; it is subtracted, but less of
+    it the fewer plays there are, to allow for what few plays cannot show. The interval is
+    Student's t with the degrees of freedom of the sum (Satterthwaite 1946).
+    ``python evaluation/intervals.py`` prints how often it holds the truth.
 
     Args:
         values: (n_plays, n_goals).
@@ -94,8 +94,8 @@ def plays_interval(
         least_plays: with fewer there is no interval.
 
     Returns:
-        None for too few plays, fewer than two goals, or where a value is NaN. It is not below 0
-        where no value is.
+        None for too few plays, fewer than two goals, or if a value is NaN. It is not below 0
+        unless a value is.
     """
     from scipy.stats import t
 
@@ -120,14 +120,14 @@ def plays_interval(
 
 
 def mean_interval(values: ArrayLike, classes: Sequence[str]) -> Interval | None:
-    """The interval of a mean over plays and goals: over both where there are plays enough.
+    """The interval of a mean over plays and goals: over both if there are enough plays.
 
     Args:
         values: (n_plays, n_goals).
         classes: of each goal.
 
     Returns:
-        Over goals alone for fewer than three plays; None where there is none at all.
+        Over goals alone for fewer than three plays; None if there is none at all.
     """
     numbers = np.asarray(values, np.float64)
     if len(numbers) < LEAST_PLAYS:
@@ -146,7 +146,7 @@ def standard_error(values: ArrayLike) -> float | None:
 
 
 def interquartile_mean(values: ArrayLike) -> float:
-    """The mean of the middle half of all values: neither luck nor failure at the ends counts."""
+    """The mean of the middle half of all values: extremes do not count."""
     from scipy.stats import trim_mean
 
     return float(trim_mean(np.asarray(values, np.float64), 0.25, axis=None))
@@ -190,14 +190,14 @@ def _by_class(values: Floats, classes: Sequence[str]) -> list[Floats]:
 
 
 def _goals_variance(values: Floats, n_goals: int) -> tuple[float, float, int]:
-    """What the goals of one class add to the variance of the mean over all goals.
+    """What the goals of one class contribute to the variance of the mean over all goals.
 
     Args:
         values: (n_plays, goals of the class).
         n_goals: of all classes.
 
     Returns:
-        The variance of their means, the part of it that is of goals and plays together, and the
+        The variance of their means, the part of it due to the interaction with plays, and the
         degrees of freedom.
     """
     n_plays, own = values.shape

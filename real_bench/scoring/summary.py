@@ -1,4 +1,4 @@
-"""What the trials of one test say, by class of goal and in total (paper, section Metrics)."""
+"""The trials of one test, summarised by class of goal and in total (paper, section Metrics)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Mean:
     """The mean of a metric over goals.
 
     Attributes:
-        value: None where a trial does not tell.
+        value: None if a trial lacks the number.
         interval: over goals; None for a single goal.
     """
 
@@ -46,7 +46,7 @@ class ClassSummary:
 
 
 def summarise(trials: Sequence[TrialResult]) -> list[ClassSummary]:
-    """One summary a class that has goals, in the paper's order, and the total last."""
+    """One summary per class that has goals, in the paper's order, and the total last."""
     by_class = [
         (name, [trial for trial in trials if trial.challenge == name]) for name in CHALLENGES
     ]
@@ -61,7 +61,7 @@ def summarise(trials: Sequence[TrialResult]) -> list[ClassSummary]:
 
 
 def summary_json(result: Result) -> dict[str, Any]:
-    """What follows from a result: every metric, by class and by goal."""
+    """Every metric of a result, by class and by goal."""
     return {
         "complete": result.is_complete,
         "classes": [asdict(row) for row in summarise(result.trials)],

@@ -1,4 +1,4 @@
-"""Scores as a person reads them."""
+"""Scores as tables for people."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from rich import box
 from rich.console import Group
 from rich.table import Table
 
+from real_bench.counting import counted
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.scoring.columns import filled
 from real_bench.scoring.comparison import Comparison
@@ -16,9 +17,9 @@ from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
 
 
 def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of a score table: a row a class that has goals, and the total last.
+    """Headings and rows of a score table: one row per class that has goals, and the total last.
 
-    The columns are class, goals, and every metric that is known; the score with its interval.
+    The columns are class, goals, and every known metric; the score has its interval.
     """
     metrics = []
     for name, metric in METRICS.items():
@@ -30,7 +31,7 @@ def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
 def score_table(result: Result) -> Group:
     """What was tested, and a table of the classes of goals and the total."""
     setting = result.setting
-    objects = "1 object" if setting.objects == 1 else f"{setting.objects} objects"
+    objects = counted(setting.objects, "object")
     learned = f"after {setting.run_steps:,} steps of play" if setting.run_steps else "without play"
     sentence = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
     short = setting.trial_steps != TRIAL_STEPS
@@ -43,12 +44,12 @@ def score_table(result: Result) -> Group:
         if cells[0] == TOTAL:
             table.add_section()
         table.add_row(*cells)
-    part = [] if result.is_complete else [f"a part: {result.share} of the set were tested"]
+    part = [] if result.is_complete else [f"a part: only {result.share} of the set were tested"]
     return Group(f"{sentence}, {learned}{length}", table, *part)
 
 
 def comparison_table(comparison: Comparison) -> Group:
-    """What A and B are together, in every metric, and a table of every goal."""
+    """A and B compared in every metric, and a table of every goal."""
     over = interval_heading(OVER_GOALS)
     sums = _narrow_table()
     sums.add_column("metric")
@@ -77,14 +78,14 @@ def comparison_table(comparison: Comparison) -> Group:
         table.add_row(goal.goals_sha256[:8], str(goal.goal), goal.challenge, *scores)
     repeats = "A {} and B {} repeats".format(*comparison.n_repeats)
     sentence = (
-        f"{repeats} on the same {len(comparison.goals)} goals. A better: probability on a goal, a "
-        "tie counting half. Intervals tell of other goals such as these, not of other plays."
+        f"{repeats} on the same {counted(len(comparison.goals), 'goal')}. A better: probability on "
+        "a goal, a tie counts half. Intervals are for other goals like these, not for other plays."
     )
     return Group(table, sums, sentence)
 
 
 def _narrow_table() -> Table:
-    """One whose numbers stay in one line on a terminal of 80 columns."""
+    """A table whose numbers stay on one line on a terminal of 80 columns."""
     return Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False)
 
 

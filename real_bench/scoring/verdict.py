@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from real_bench.counting import counted
 from real_bench.errors import ControllerError, ControllerFailedError, ResultError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.naming import shown_name
@@ -44,12 +45,12 @@ class Check:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is to be said of a submission.
+    """The verdict on a submission.
 
     Attributes:
         setting: what was tested; of the first result.
         summary: of all results together.
-        comparison: with the baseline, where there is one.
+        comparison: with the baseline, if there is one.
         checks: all that must hold.
         seconds: that the trials took.
     """
@@ -89,11 +90,11 @@ def judge(
 
     Args:
         results: on one or more goal sets; those on the same set are repeats.
-        minimum: the least mean score.
-        baseline: results on the same goals, than which these must not be worse beyond chance.
+        minimum: the lowest mean score that passes.
+        baseline: results on the same goals; the others must not be worse beyond chance.
         goals: hash of the goal set that all must be of; None: any.
-        sizes: how many goals sets have, by hash; of others, results are believed.
-        allow_part: whether results may be of a part of their goals, if that is what was asked for.
+        sizes: how many goals sets have, by hash; for other sets, results are believed.
+        allow_part: whether results may cover only a part of their goals, if that was asked for.
 
     Raises:
         ResultError: the results are not of one test, or the baseline is on other goals.
@@ -113,7 +114,7 @@ def judge(
     ]
     if minimum is not None:
         mean = summary.score.mean
-        detail = f"{mean:.4f}, at least {minimum} is asked"
+        detail = f"{mean:.4f}, at least {minimum} required"
         checks.append(Check("minimum", mean >= minimum, detail))
     comparison = None if baseline is None else compare(results, baseline)
     if comparison is not None:
@@ -133,7 +134,7 @@ def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part
         return Check("complete", True, detail)
     if not all(result.is_finished for result in results):
         wanted = sum(len(setting.goal_numbers) for setting in settings)
-        return Check("complete", False, f"{detail}, not finished: {wanted} were asked for")
+        return Check("complete", False, f"{detail}, not finished: {wanted} asked for")
     if not allow_part:
         return Check("complete", False, f"{detail} (--allow-part accepts a part)")
     return Check("complete", True, f"{detail}, a part")
@@ -141,29 +142,29 @@ def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part
 
 def _of_full_length(results: Sequence[Result]) -> Check:
     steps = results[0].setting.trial_steps  # all are alike
-    detail = f"{steps:,} steps a trial"
+    detail = f"{steps:,} steps per trial"
     return Check("length", steps == TRIAL_STEPS, detail)
 
 
 def _of_these_goals(
     results: Sequence[Result], goals: str | None, known: Mapping[str, int]
 ) -> Check:
-    """Whether they are of the goals asked for; where none are, say which were accepted."""
+    """Whether they are on the goals asked for; if none are given, say which were accepted."""
     found = sorted({result.setting.goals_sha256 for result in results})
     detail = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
     if goals is not None:
         passed = found == [goals]
         return Check("goals", passed, detail if passed else f"{detail}, not {goals[:12]}")
     shipped = "the shipped one" if set(found) <= set(known) else "not the shipped one"
-    return Check("goals", True, f"{detail}, {shipped} (--goals names what it must be)")
+    return Check("goals", True, f"{detail}, {shipped} (to require a set, use --goals)")
 
 
 def markdown(verdict: Verdict) -> str:
-    """One page of Markdown, fit for a job summary."""
+    """A page of Markdown for a job summary."""
     from tabulate import tabulate
 
     setting, summary = verdict.setting, verdict.summary
-    objects = "1 object" if setting.objects == 1 else f"{setting.objects} objects"
+    objects = counted(setting.objects, "object")
     checks = [
         (check.name, "passed" if check.passed else "**failed**", check.detail)
         for check in verdict.checks
@@ -180,7 +181,7 @@ def markdown(verdict: Verdict) -> str:
     parts = [
         f"## {_escaped(shown_name(setting.controller))} {'passed' if verdict.passed else 'failed'}",
         f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, after "
-        f"{setting.run_steps:,} steps of play; {summary.n_goals} goals, each tested "
+        f"{setting.run_steps:,} steps of play; {counted(summary.n_goals, 'goal')}, each tested "
         f"{'once' if summary.n_repeats == 1 else f'{summary.n_repeats} times'}.",
         tabulate(checks, ("check", "", ""), "github", disable_numparse=True),
         tabulate(
@@ -200,12 +201,12 @@ def junit(verdict: Verdict) -> JUnitXml:
 
 
 def failure(error: ControllerError, seconds: float) -> tuple[str, JUnitXml]:
-    """Markdown and test cases for a controller that could not be tested to the end.
+    """Markdown and test cases for a controller whose test did not finish.
 
-    To CI it is an error where it failed, and a failure where it was not fit to be run.
+    For CI it is an error if it failed, and a failure if it was not fit to run.
     """
     line = quoted(str(error), longest=2000)
-    page = f"## Not tested to the end\n\n{_escaped(line)}\n"
+    page = f"## Test not finished\n\n{_escaped(line)}\n"
     failed = isinstance(error, ControllerFailedError)
     return page, _cases("controller", [Check("runs", False, line)], {}, seconds, failed=failed)
 
@@ -218,7 +219,7 @@ def _cases(
     *,
     failed: bool = False,
 ) -> JUnitXml:
-    """Checks as test cases; the first bears the time that all took."""
+    """Checks as test cases; the first carries the total time."""
     from junitparser import Error, Failure, JUnitXml, TestCase, TestSuite
 
     suite = TestSuite(f"realbench {quoted(name)}")

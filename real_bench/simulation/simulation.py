@@ -16,6 +16,7 @@ from typing import NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.counting import counted
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
@@ -27,7 +28,7 @@ STEP_S = 0.005
 GRAVITY = (0.0, 0.0, -9.81)
 
 FASTEST_OBJECT = 20.0
-"""No object moves faster (m/s), so while it is far from any edge it need not be looked at. The
+"""No object moves faster (m/s), so while it is far from any edge it need not be checked. The
 fastest seen in 300 random macros and 600 random joint actions was 4.6 m/s."""
 
 LONGEST_UNWATCHED = 100
@@ -50,9 +51,9 @@ class Simulation:
         mode = pybullet.GUI if gui else pybullet.DIRECT
         client: int = pybullet.connect(mode)
         if client < 0:
-            raise SceneError("cannot open pybullet's window: only one can be open in a process")
+            raise SceneError("cannot open pybullet's window: only one can be open per process")
         self._client: int | None = client
-        # pybullet keeps a world until it is told, even when nobody knows of it any more
+        # pybullet keeps a world until it is disconnected, even without references to it
         self._end = weakref.finalize(self, pybullet.disconnect, physicsClientId=client)
         self._end.atexit = False
         self._fallen = [(region.z_below, region.x_above) for region in scene.manifest.limits.fallen]
@@ -74,8 +75,8 @@ class Simulation:
 
         Args:
             object_poses: where the objects are put, (n_objects, 7): position, quaternion;
-                the scene's start poses where None.
-            joint_positions: the robot's joints, (9,); the home posture where None.
+                None: the scene's start poses.
+            joint_positions: the robot's joints, (9,); None: the home posture.
         """
         client = self.client
         pybullet.resetSimulation(physicsClientId=client)
@@ -96,13 +97,15 @@ class Simulation:
         self.camera = Camera(self.scene.manifest.camera, client)
         self._unwatched_steps = 0
         self.n_put_back = self.n_steps = self._well_at = 0
-        self._held: list[Segment] = []  # since all was well, each with the step it began at
+        self._held: list[
+            Segment
+        ] = []  # commands since the last check, each with the step it began at
 
     def hold(self, command: Sequence[float], n_steps: int) -> None:
-        """Ask for nine joint commands during ``n_steps`` steps.
+        """Hold nine joint commands for ``n_steps`` steps.
 
-        The loop is written for speed: it must cost little beside Bullet's own step. Raises
-        PhysicsError, with step and command, where an object's pose is no longer a number.
+        The loop is written for speed: it must cost little compared with Bullet's own step. Raises
+        PhysicsError, with step and command, if an object's pose is no longer a number.
         """
         client, body = self.client, self.robot.body
         observed, driven = self.robot.observed_joints, self.robot.driven_joints
@@ -176,9 +179,8 @@ class Simulation:
     def set_object_poses(self, poses: NDArray[np.float64]) -> None:
         """Put the objects at (n_objects, 7) poses, at rest."""
         if np.shape(poses) != (len(self._bodies), 7):
-            raise SceneError(
-                f"poses of shape {np.shape(poses)} do not fit {len(self._bodies)} objects"
-            )
+            objects = counted(len(self._bodies), "object")
+            raise SceneError(f"poses of shape {np.shape(poses)} do not fit {objects}")
         self._unwatched_steps = 0
         for body, pose in zip(self._bodies, poses, strict=True):
             pybullet.resetBasePositionAndOrientation(
@@ -190,12 +192,12 @@ class Simulation:
         return self.camera.render()
 
     def close(self) -> None:
-        """Let go of the physics client; may be called more than once."""
+        """Disconnect from physics; may be called more than once."""
         self._end()
         self._client = None
 
     def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
-        """Refuse to be copied or pickled: there would be one world behind two objects."""
+        """Refuse to be copied or pickled: two objects would share one world."""
         raise SceneError("a simulated world can be neither copied nor pickled: make another one")
 
     def __enter__(self) -> Simulation:
@@ -211,7 +213,7 @@ class Simulation:
         return pose
 
     def _watch_objects(self) -> None:
-        """Put back what has fallen, and work out for how long nothing else can fall."""
+        """Put fallen objects back, and compute for how long nothing else can fall."""
         nearest = np.inf
         for index, body in enumerate(self._bodies):
             (x, _, z), _ = self._pose(body)
@@ -225,10 +227,10 @@ class Simulation:
         del self._held[:-1]
 
     def _explosion(self, what: str) -> PhysicsError:
-        """The error of a world that is no longer one of numbers.
+        """The error for a world whose poses are no longer numbers.
 
-        Objects are looked at now and then, so it is known in which steps it happened, and what
-        was commanded in them.
+        Objects are checked now and then, so the error gives the steps in which it happened and the
+        commands during them.
         """
         commands = [
             f"{np.round(command, 6).tolist()} from step {step:,} on" for command, step in self._held

@@ -19,7 +19,7 @@ FROZEN = "submissions"
 """The folder in a round's results with the submissions as they were handed in."""
 
 WHEELS = "wheels"
-"""The folder in a submission with the wheels of its requirements; then these alone are used."""
+"""The folder in a submission with wheels of its requirements; then only these are used."""
 
 _ENTRY = re.compile(r"(?P<file>[A-Za-z_][A-Za-z0-9_]*\.py)(:(?P<name>[A-Za-z_][A-Za-z0-9_]*))?")
 
@@ -31,13 +31,13 @@ class Submission(BaseModel):
 
     Attributes:
         folder: where it is.
-        name: stands in tables and on leaderboards.
+        name: shown in tables and on leaderboards.
         authors: one or more.
-        entry: the controller's file, at the top of the folder, with ``:Class`` where there are
+        entry: the controller's file, at the top of the folder, with ``:Class`` if it has
             several.
-        condition: two letters, that it is made for.
+        condition: two letters: what it is made for.
         settings: of the controller, above its defaults.
-        requirements: packages beside those of realbench, as pip names them: no addresses.
+        requirements: packages it needs besides realbench's, as pip names them: no addresses.
         description: a sentence for the leaderboard's page.
     """
 
@@ -56,7 +56,7 @@ class Submission(BaseModel):
     @classmethod
     def _name_is_plain(cls, name: str) -> str:
         if not name.isprintable() or any(sign in name for sign in ":/\\") or name != name.strip():
-            raise ValueError("a name is printable, without : / and \\")
+            raise ValueError("a name must be printable, without : / and \\")
         return name
 
     @field_validator("authors", "description")
@@ -64,7 +64,7 @@ class Submission(BaseModel):
     def _is_printable(cls, value: Any) -> Any:
         lines = (value,) if isinstance(value, str) else value
         if not all(line.isprintable() for line in lines):
-            raise ValueError("it must be one line that can be printed")
+            raise ValueError("it must be one printable line")
         return value
 
     @field_validator("entry")
@@ -83,7 +83,7 @@ class Submission(BaseModel):
             try:
                 parsed = Requirement(line)
             except InvalidRequirement as error:
-                raise ValueError(f"{line!r} is no requirement such as scikit-learn>=1.4") from error
+                raise ValueError(f"{line!r} is not a requirement like scikit-learn>=1.4") from error
             if parsed.url:
                 raise ValueError(f"{line!r}: name a package and its version, not an address")
         return lines
@@ -95,7 +95,7 @@ class Submission(BaseModel):
 
     @property
     def class_name(self) -> str:
-        """The controller's class; empty where it is the only one."""
+        """The controller's class; empty if it is the only one."""
         return self.entry.partition(":")[2]
 
     @property
@@ -125,7 +125,7 @@ def read_submission(folder: Path) -> Submission:
     path = folder / MANIFEST
     values = read_mapping(path, "the file of a submission", SubmissionError)
     if "folder" in values:
-        raise SubmissionError(f"{path} is not valid: folder: it says nothing here")
+        raise SubmissionError(f"{path} is not valid: folder: not allowed here")
     if isinstance(values.get("authors"), str):
         values["authors"] = [values["authors"]]
     try:
@@ -133,5 +133,5 @@ def read_submission(folder: Path) -> Submission:
     except ValidationError as error:
         raise SubmissionError(f"{path} is not valid: {faults(error)}") from error
     if not submission.file.is_file() or submission.file.is_symlink():
-        raise SubmissionError(f"{path} is not valid: entry: there is no file {submission.entry}")
+        raise SubmissionError(f"{path} is not valid: entry: file not found: {submission.entry}")
     return submission

@@ -1,4 +1,4 @@
-"""Submissions as archives: packed the same way each time, unpacked with suspicion."""
+"""Submissions as archives: packed the same way each time, unpacked without trust."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
+from real_bench.counting import counted
 from real_bench.errors import SubmissionError
 from real_bench.files import write_whole
 from real_bench.source import ControllerSource
@@ -16,20 +17,20 @@ from real_bench.submissions import MANIFEST, is_submission
 LARGEST_BYTES = 4 * 2**30
 MOST_FILES = 10_000
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The date of every file in an archive: the same submission gives the same bytes."""
+"""The date of every file in an archive, so that the same submission gives the same bytes."""
 
 LINK = 0o120000
 
 
 def pack(folder: Path, archive: Path) -> list[Path]:
-    """Pack a submission; gives the files that are in it.
+    """Pack a submission; returns the files in it.
 
     Raises:
-        SubmissionError: it is none, or too large.
+        SubmissionError: it is not a submission, or too large.
     """
     source = ControllerSource.of(str(folder))
     if source.submission is None:
-        raise SubmissionError(f"{folder} is no submission: it has no {MANIFEST}")
+        raise SubmissionError(f"{folder} is not a submission: it has no {MANIFEST}")
     files = source.submitted_files()
     _check_size(str(folder), [file.stat().st_size for file in files])
     contents = ((file.relative_to(source.place).as_posix(), file.read_bytes()) for file in files)
@@ -50,10 +51,10 @@ def zipped(files: Iterable[tuple[str, bytes]]) -> bytes:
 
 
 def unpack(archive: Path, folder: Path) -> None:
-    """Unpack a submission into a new folder; one that is packed in a folder of its own, too.
+    """Unpack a submission into a new folder; it may be packed within a folder of its own.
 
     Raises:
-        SubmissionError: it is no submission, damaged, too large, or leads elsewhere.
+        SubmissionError: it is not a submission, damaged, too large, or leads elsewhere.
     """
     try:
         with zipfile.ZipFile(archive) as packed:
@@ -69,7 +70,7 @@ def unpack(archive: Path, folder: Path) -> None:
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
         raise SubmissionError(f"{archive.name} cannot be unpacked: {error}") from error
     except FileExistsError as error:
-        raise SubmissionError(f"{archive.name} has a file and a folder of one name") from error
+        raise SubmissionError(f"{archive.name} has a file and a folder of the same name") from error
 
 
 def copied(folder: Path, to: Path) -> None:
@@ -119,9 +120,9 @@ def _places(
     for entry in entries:
         path = PurePosixPath(entry.filename)
         if path.is_absolute() or ".." in path.parts or "\\" in entry.filename:
-            raise SubmissionError(f"{archive.name} has a file that leads elsewhere: {path}")
+            raise SubmissionError(f"{archive.name} has a file that leads out of its folder: {path}")
         if (entry.external_attr >> 16) & 0o170000 == LINK:
-            raise SubmissionError(f"{archive.name} has a link: {path}")
+            raise SubmissionError(f"{archive.name} has a link, which is not allowed: {path}")
         if path.is_relative_to(top):
             yield entry, str(path.relative_to(top))
 
@@ -129,8 +130,8 @@ def _places(
 def _check_size(name: str, sizes: list[int]) -> None:
     if len(sizes) > MOST_FILES or sum(sizes) > LARGEST_BYTES:
         raise SubmissionError(
-            f"{name} is too large: {len(sizes):,} files, {sum(sizes) / 2**20:,.0f} MiB; at most "
-            f"{MOST_FILES:,} and {LARGEST_BYTES >> 20:,}"
+            f"{name} is too large: {counted(len(sizes), 'file')}, {sum(sizes) / 2**20:,.0f} MiB; "
+            f"the most are {MOST_FILES:,} files and {LARGEST_BYTES >> 20:,} MiB"
         )
 
 
@@ -140,5 +141,5 @@ def _copy(content: object, copy: io.BufferedWriter, size: int, archive: Path) ->
     while piece := content.read(1 << 20):  # type: ignore[attr-defined]
         left -= len(piece)
         if left < 0:
-            raise SubmissionError(f"{archive.name} holds more than it says")
+            raise SubmissionError(f"{archive.name} is damaged: a file is larger than declared")
         copy.write(piece)

@@ -1,7 +1,7 @@
 """The packages that a submission needs, in a folder of their own.
 
-They come as wheels, so that nothing of them is run when they are installed, and beside ours, whose
-versions they must put up with: a controller shares its process with numpy and our own code.
+They come as wheels, so that installing runs none of their code, and must accept the versions of
+our packages: a controller shares its process with numpy and our own code.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ log = logging.getLogger(__name__)
 
 
 def packages_of(submission: Submission) -> Path | None:
-    """The folder of a submission's packages, installed where they are not; None: it needs none.
+    """The folder of a submission's packages, installed if needed; None: it needs none.
 
     Raises:
-        SubmissionError: they cannot be had.
-        RealBenchError: they cannot be kept.
+        SubmissionError: they cannot be installed.
+        RealBenchError: they cannot be stored.
     """
     if not submission.requirements:
         return None
@@ -55,12 +55,12 @@ def _root() -> Path:
         return Path(platformdirs.user_cache_dir("realbench", appauthor=False)) / "requirements"
     except RuntimeError as error:  # no home
         raise RealBenchError(
-            f"there is no place for packages: {error} (set XDG_CACHE_HOME)"
+            f"no folder to install packages in: {error} (set XDG_CACHE_HOME)"
         ) from error
 
 
 def _key(submission: Submission, ours: dict[str, str]) -> str:
-    """The same for the same packages: a name for their folder."""
+    """A name for the folder of these packages."""
     wheels = {wheel.name: file_sha256(wheel) for wheel in submission.wheels}
     facts = [sorted(submission.requirements), wheels, ours, sys.version, sysconfig.get_platform()]
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:32]
@@ -73,7 +73,7 @@ def _our_versions() -> dict[str, str]:
 
 
 def _install(submission: Submission, ours: dict[str, str], place: Path) -> None:
-    """Have pip install them into an environment that sees our packages, and may change none."""
+    """Let pip install them into an environment that sees our packages but cannot change them."""
     paths = _paths(place)
     _run([sys.executable, "-m", "venv", "--without-pip", "--clear", paths["data"]], submission)
     site = Path(paths["purelib"])
@@ -132,4 +132,6 @@ def _why(said: str) -> str:
 
 def _refused(submission: Submission, why: str) -> SubmissionError:
     wanted = ", ".join(submission.requirements)
-    return SubmissionError(f"{submission.name}: its requirements ({wanted}) cannot be had: {why}")
+    return SubmissionError(
+        f"{submission.name}: its requirements ({wanted}) cannot be installed: {why}"
+    )

@@ -27,8 +27,8 @@ class Bundle:
 
     Attributes:
         result: the file.
-        recording: that it learned from, as far as one can tell; None where there is none.
-        submission: the folder of what was tested; None where there is none.
+        recording: that it learned from, as far as known; None if there is none.
+        submission: the folder of what was tested; None if there is none.
     """
 
     result: Path
@@ -81,7 +81,7 @@ def _frozen(folder: Path) -> Path:
 
 
 def _bundle(result: Path, recordings: list[Path], submissions: list[Path]) -> Bundle:
-    """The result with those that it is of, by their hashes; else with the only ones there are."""
+    """The result with its recording and submission, found by hash or as the only ones there."""
     try:
         setting = parse_content(read_content(result), result).setting
     except ResultError:

@@ -13,11 +13,11 @@ from real_bench.replay import fresh_states
 from real_bench.simulation.scene import Scene
 
 ACTIONS_AT_ONCE = 100
-"""Of which the commands are held in memory; up to 1000 rows each."""
+"""Actions whose commands are held in memory; up to 1000 rows each."""
 
 
 def commands_are_those_recorded(recording: Recording) -> bool:
-    """Whether the hash of the commands is theirs; a recording from before it has none."""
+    """Whether the commands match their hash; old recordings have none."""
     rows, found = recording.transitions, ""
     for first in range(0, len(rows), ACTIONS_AT_ONCE):
         counts = rows["n_commands"][first : first + ACTIONS_AT_ONCE]
@@ -27,14 +27,14 @@ def commands_are_those_recorded(recording: Recording) -> bool:
 
 
 def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:
-    """Everything in which a recording contradicts itself or its scene.
+    """All contradictions within a recording, or with its scene.
 
     Raises:
         RecordingError: it cannot be read.
     """
     header = recording.header
     if header.scene_sha256 != scene.sha256:
-        yield f"it is of another scene than {scene.name} ({scene.sha256[:12]})"
+        yield f"it was made in another scene than {scene.name} ({scene.sha256[:12]})"
     elif (header.scene, header.object_names) != (scene.name, scene.object_names(header.objects)):
         yield f"it names another scene or other objects than {scene.name} has"
     misshapen = list(_misshapen(recording))
@@ -55,7 +55,7 @@ def _misshapen(recording: Recording) -> Iterator[str]:
     if poses.dtype != np.float64 or poses.shape != (recording.n_states, header.objects, 7):
         yield f"its object poses are of shape {poses.shape}"
     if header.images != (recording.n_images is not None):
-        yield "it has images and says that it has none, or the other way round"
+        yield "it has images but says that it has none, or vice versa"
 
 
 def _miscounted(recording: Recording) -> Iterator[str]:
@@ -81,7 +81,7 @@ def _miscounted(recording: Recording) -> Iterator[str]:
     if recording.n_steps > recording.total_steps:
         yield f"it has {recording.n_steps:,} steps, {recording.total_steps:,} were asked for"
     if recording.ended and recording.n_steps < recording.total_steps:
-        yield "it says that it has ended, before it has"
+        yield "it says that it has ended, but it has not"
 
 
 def _not_numbers(recording: Recording) -> Iterator[str]:

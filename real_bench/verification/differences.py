@@ -10,23 +10,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 ROUNDING = 1e-12
-"""How far a number that was derived from facts may be from what is derived here: the last bit of an
-exponential, or of a sum, depends on the processor and on how a library was compiled."""
+"""How much a derived number may differ from the one derived here: the last bit of an exponential
+or a sum depends on the processor and on how a library was compiled."""
 
 WITHIN = 1e-3
-"""How far poses (metres; parts of a quaternion) and joints (radians) may be from the recorded ones
-to count as these where physics is another one, and bits cannot agree."""
+"""How much poses (metres; parts of a quaternion) and joints (radians) may differ from the recorded
+ones and still count as equal under different physics, where bits cannot agree."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One thing that is not as recorded.
+    """One difference from the recording.
 
     Attributes:
-        what: what it is; a whole sentence where there is no number.
+        what: what differs; a whole sentence if there is no number.
         by: how far apart the two are, the largest number of several.
-        unit: of ``by``; empty where it has none.
-        of_physics: whether other physics may be why.
+        unit: of ``by``; empty if it has none.
+        of_physics: whether different physics may be the reason.
     """
 
     what: str
@@ -74,6 +74,6 @@ def poses_differ(
 
 
 def explained_by_physics(differences: Iterator[Difference]) -> Iterator[Difference]:
-    """The same differences, of which other physics may be the reason."""
+    """The same differences, marked as possibly due to different physics."""
     for difference in differences:
         yield Difference(difference.what, difference.by, difference.unit, of_physics=True)

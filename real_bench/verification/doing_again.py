@@ -1,4 +1,4 @@
-"""Has a submission do again, isolated, what a bundle says that it did."""
+"""Let a submission do again, isolated, what a bundle says it did."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import ResultError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.locks import own_folder
@@ -30,9 +31,9 @@ def acts_again(
 ) -> Told:
     """Whether the submission acts in trials as the result says, and its state follows from play.
 
-    It is tested again on the first goals, with the state that it handed over, and with one that it
-    learns again from the recording; the commands must be the same. Where it does not act twice
-    alike nothing can be told.
+    It is tested again on the first goals: with the state that it handed over, and with one that it
+    learns again from the recording; the commands must be the same. If it does not act the same
+    twice, nothing can be concluded.
 
     Returns:
         A verdict, and why.
@@ -52,15 +53,15 @@ def acts_again(
         wanted = "again" if identity.learns_from_experience else "nothing"
     if (first := tests.commands(wanted)) != recorded:
         if tests.commands(wanted) != first:
-            return NOT_CHECKED, "it does not act twice alike"
-        return FAILS, "tested again, the submission acts otherwise: these are not its commands"
-    goals_told = f"{len(recorded)} goal{'' if len(recorded) == 1 else 's'}"
+            return NOT_CHECKED, "it does not act the same twice"
+        return FAILS, "tested again, the submission acts differently: these are not its commands"
+    goals_told = counted(len(recorded), "goal")
     if bundle.recording is None:
-        return HOLDS, f"it acts alike again ({goals_told})"
+        return HOLDS, f"it acts the same again ({goals_told})"
     if not identity.learns_from_experience:
         return NOT_CHECKED, (
-            f"it acts alike again ({goals_told}), but cannot learn again: it has no "
-            "use_experience() (--play-again has it play)"
+            f"it acts the same again ({goals_told}), but cannot learn again: it has no "
+            "use_experience() (--play-again lets it play)"
         )
     if result.setting.learned is None:
         return HOLDS, f"it learns the same from the recording ({goals_told})"
@@ -70,8 +71,8 @@ def acts_again(
     if tests.commands("again") != again:
         return NOT_CHECKED, "its learning is not repeatable"
     return FAILS, (
-        "learned again from the recording, it acts otherwise: its state is of another play, or "
-        "holds what no recording tells (--play-again decides)"
+        "after learning again from the recording it acts differently: its state is from another "
+        "play, or holds what no recording shows (--play-again decides)"
     )
 
 
@@ -85,11 +86,14 @@ def plays_again(bundle: Bundle, scene: str | None, limits: Limits) -> Told:
         RealBenchError: the submission cannot be run.
     """
     if bundle.recording is None or bundle.submission is None:
-        return NOT_CHECKED, "there is no recording, or no submission"
+        return NOT_CHECKED, "recording or submission not found"
     with Recording(bundle.recording) as recording, own_folder("realbench-again-") as folder:
         header = recording.header
         if recording.cuts:
-            return NOT_CHECKED, "it was cut and went on, which no play does again"
+            return (
+                NOT_CHECKED,
+                "the play was interrupted and resumed, so it cannot be repeated exactly",
+            )
         phase = IntrinsicPhase(
             controller=str(bundle.submission),
             condition=Condition.parse(header.condition),
@@ -105,14 +109,14 @@ def plays_again(bundle: Bundle, scene: str | None, limits: Limits) -> Told:
         phase.run(lambda progress: None).close()
         with Recording(phase.out) as again:
             if again.commands_sha256 != recording.commands_sha256:
-                return FAILS, "it plays otherwise: this play is not its own, or not repeatable"
+                return FAILS, "it plays differently: this play is not its own, or not repeatable"
             if not _same_state(recording, again):
-                return FAILS, "it plays alike, but hands over another state"
-    return HOLDS, "it plays alike and hands over the same state"
+                return FAILS, "it plays the same, but hands over another state"
+    return HOLDS, "it plays the same and hands over the same state"
 
 
 class _Tests:
-    """Tests on some goals of a result, as often as one likes."""
+    """Repeatable tests on some goals of a result."""
 
     def __init__(
         self,
@@ -164,7 +168,7 @@ def _goal_set(result: Result, goals: Path | None) -> GoalSet:
     setting = result.setting
     goal_set = load_goal_set(goals or shipped_goal_set(setting.objects, setting.scene))
     if goal_set.sha256 != setting.goals_sha256:
-        raise ResultError("it is of other goals")
+        raise ResultError("the result is on other goals")
     return goal_set
 
 

@@ -1,4 +1,4 @@
-"""The verdict on a part of what was handed in together."""
+"""The verdict on a part of a bundle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verifies a recording of an intrinsic phase: its actions by replay, from the start."""
+"""Verify a recording of an intrinsic phase by replaying its actions from the start."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class RecordingVerification:
 
     Attributes:
         path: the recording.
-        scene: its scene, a name or manifest; what the recording names where None.
-        n_steps: replay no action that begins later than so many first steps; None: all.
-        images: whether images are rendered and compared, too.
+        scene: its scene, a name or manifest; None: the one that the recording names.
+        n_steps: replay only actions that begin within this many first steps; None: all.
+        images: whether images are also rendered and compared.
     """
 
     path: Path
@@ -56,11 +56,11 @@ class RecordingVerification:
         """Replay it, up to the first state that differs.
 
         Args:
-            report: told at first and after each action how many steps were replayed, of how many.
+            report: called at first and after each action with the steps replayed and their total.
 
         Raises:
             RecordingError: it cannot be read, or has nothing to replay, or no images.
-            SceneError: its scene cannot be had.
+            SceneError: its scene is not available.
             Interrupted: the user stopped it.
         """
         if self.n_steps is not None and self.n_steps < 1:
@@ -77,9 +77,9 @@ class RecordingVerification:
                 replay = _Replay(recording, task, self.images, parts)
                 if not faults:
                     replay.run(self.n_steps or recording.n_steps, report)
-            # A hash of all commands can be checked only where all are asked for.
+            # A hash of all commands can be checked only if all are replayed.
             if not (faults or self.n_steps or commands_are_those_recorded(recording)):
-                faults.append("its commands are not those of their hash")
+                faults.append("its commands do not match their hash")
             return RecordingVerdict(
                 path=self.path,
                 n_actions=replay.n_actions,
@@ -96,7 +96,7 @@ class RecordingVerification:
 
     def _check_can_be_replayed(self, recording: Recording) -> None:
         if not len(recording.transitions):
-            raise RecordingError(f"{self.path} has no action yet: there is nothing to verify")
+            raise RecordingError(f"{self.path} has no action yet: nothing to verify")
         if self.images and recording.n_images is None:
             raise RecordingError(f"{self.path} was recorded without images")
 
@@ -106,8 +106,8 @@ def _notes(recording: Recording, parts: Sequence[Physics]) -> Iterator[str]:
     yield from dict.fromkeys(note for part in parts for note in part.notes())
     if recording.commands_sha256 is None:
         yield (
-            "it was recorded before commands were hashed: one that was changed without any "
-            "effect would not be found"
+            "it was recorded before commands were hashed: a change without any effect would not "
+            "be found"
         )
 
 
@@ -115,10 +115,10 @@ class _Replay:
     """Goes from state to state: each is the outcome of an action, or begins a fresh world.
 
     Attributes:
-        n_actions, n_steps, n_states: how much has been replayed, and found as recorded.
-        where, differences: the first state that differs; empty as long as there is none.
-        physics: of the part that is being replayed.
-        told_physics: of the first part that was made with other physics, if any.
+        n_actions, n_steps, n_states: how much was replayed and agrees.
+        where, differences: the first state that differs; empty if there is none.
+        physics: of the part being replayed.
+        told_physics: of the first part that was made with different physics, if any.
     """
 
     def __init__(

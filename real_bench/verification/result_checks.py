@@ -1,10 +1,11 @@
-"""What a result claims beside its trials, as far as that can be checked."""
+"""Check what a result claims besides its trials."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import ControllerError
 from real_bench.files import file_sha256
 from real_bench.goal_sets import GoalSet, goals_in_proportion
@@ -23,7 +24,7 @@ class ResultChecks:
 
     Args:
         content: what the file says.
-        result: what is read of it.
+        result: what was read from it.
         scene, goal_set: of the hashes that it names.
 
     Attributes:
@@ -38,14 +39,14 @@ class ResultChecks:
         self.notes: list[str] = []
 
     def check(self, run: Path | None, controller: str | None) -> None:
-        """Check all of them, those about recording and controller against what is given.
+        """Check all of them; recording and controller only if given.
 
         Raises:
             ControllerError: the controller that is given cannot be found.
             RecordingError: the recording that is given cannot be read.
         """
         if not is_sealed(self._content):
-            self.faults.append("the file was altered: its seal is not that of its content")
+            self.faults.append("the file was altered: its seal does not match its content")
         self.notes += versions_differ(self._setting.versions)
         self._check_names()
         self._check_goals()
@@ -62,7 +63,7 @@ class ResultChecks:
             )
 
     def _check_goals(self) -> None:
-        """Nobody chooses the goals of a part: the easy ones of a set would pass for it."""
+        """The goals of a part follow a rule, so that nobody picks the easy ones."""
         numbers, size = self._setting.goal_numbers, len(self._goal_set)
         if self._setting.n_goals is None:  # of an older version
             chosen = tuple(range(len(numbers)))
@@ -70,32 +71,36 @@ class ResultChecks:
             chosen = goals_in_proportion(self._goal_set.classes, len(numbers))
         if numbers != chosen:
             self.faults.append(
-                f"its {len(numbers)} goals are not those that a test of {len(numbers)} goals takes"
+                f"its goals ({len(numbers)}) are not those that a test of as many goals takes"
             )
         if len(numbers) < size:
-            self.notes.append(f"only {len(numbers)} of the {size} goals were asked for")
+            self.notes.append(f"only {len(numbers)} of {counted(size, 'goal')} were asked for")
 
     def _check_lengths(self) -> None:
         if self._setting.trial_steps != TRIAL_STEPS:
             self.notes.append(
-                f"trials are of {self._setting.trial_steps:,} steps, not {TRIAL_STEPS:,}"
+                f"trials have {self._setting.trial_steps:,} steps, not {TRIAL_STEPS:,}"
             )
 
     def _check_run(self, run: Path | None) -> None:
         setting = self._setting
         if run is None:
             if setting.run_sha256 or setting.run_steps:
-                self.notes.append("what it learned from was not checked (give it with --run)")
+                self.notes.append(
+                    "the recording it learned from was not checked (give it with --run)"
+                )
             return
         with Recording(run) as recording:
             condition = Condition.parse(setting.condition)
             misfits = recording.header.misfits(condition, setting.objects, setting.scene_sha256)
             n_steps = recording.n_steps
         if file_sha256(run) != setting.run_sha256:
-            misfits.append("its hash is another one")
+            misfits.append("its hash differs")
         if not 1 <= setting.run_steps <= n_steps:
             misfits.append(f"it has {n_steps:,} steps, not {setting.run_steps:,}")
-        self.faults += [f"{run} is not what it learned from: {misfit}" for misfit in misfits]
+        self.faults += [
+            f"{run} is not the recording it learned from: {misfit}" for misfit in misfits
+        ]
 
     def _check_controller(self, controller: str | None) -> None:
         named = self._setting.controller if controller is None else controller
@@ -105,10 +110,12 @@ class ResultChecks:
             if controller is not None:
                 raise
             self.notes.append(
-                f"controller {quoted(named)} is not here, its hash is not checked: name it with "
+                f"controller {quoted(named)} not found, so its hash was not checked: name it with "
                 "--controller"
             )
             return
         if not is_the_one:
             where = self.notes if controller is None else self.faults
-            where.append(f"controller {quoted(named)} as it is here is not the one tested")
+            where.append(
+                f"controller {quoted(named)}, as it is here, is not the one that was tested"
+            )

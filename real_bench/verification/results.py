@@ -1,4 +1,4 @@
-"""Verifies a result: its trials by replay, and all that it says beside them."""
+"""Verify a result: its trials by replay, and everything else it says."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from real_bench.conditions import Condition
+from real_bench.counting import counted
 from real_bench.errors import Interrupted, ResultError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.phases.stopping import StopRequest, stop_requests
@@ -31,11 +32,11 @@ class ResultVerification:
 
     Attributes:
         path: the result.
-        goals: its goal set; the shipped one where None.
-        scene: its scene, a name or manifest; the shipped one of its name where None.
-        run: the recording that was learned from, to be checked too.
-        controller: the controller that was tested, to be checked too; none of it is run.
-        may_be_incomplete: whether a result passes whose trials have not all been made.
+        goals: its goal set; None: the shipped one.
+        scene: its scene, a name or manifest; None: the shipped one of its name.
+        run: the recording that was learned from, to check it as well.
+        controller: the controller that was tested, to check it as well; its code is not run.
+        may_be_incomplete: whether a result with missing trials passes.
         jobs: number of processes.
     """
 
@@ -51,11 +52,11 @@ class ResultVerification:
         """Replay every trial.
 
         Args:
-            report: told at first and after each trial how many were replayed, of how many.
+            report: called at first and after each trial with the trials replayed and their total.
 
         Raises:
-            ResultError: it cannot be read or contradicts itself, its commands were not kept, or
-                goals or scene are not those that it is of.
+            ResultError: it cannot be read or contradicts itself, has no commands, or goals or
+                scene are not its own.
             Interrupted: the user stopped it.
             RealBenchError: goals, scene or recording cannot be read.
         """
@@ -101,11 +102,11 @@ class ResultVerification:
 
     def _check_can_be_replayed(self, result: Result) -> None:
         if not result.trials:
-            raise ResultError(f"{self.path} has no trial yet: there is nothing to verify")
+            raise ResultError(f"{self.path} has no trial yet: nothing to verify")
         if not result.keeps_commands:
             raise ResultError(
-                f"{self.path} was made before commands were kept in results: "
-                "it cannot be replayed (test again to get one that can)"
+                f"{self.path} is too old to be replayed, it keeps no commands: "
+                "test again to get a result that can be verified"
             )
 
     def _scene(self, setting: Setting) -> Scene:
@@ -128,16 +129,14 @@ class ResultVerification:
         if goal_set.sha256 != setting.goals_sha256:
             which = str(self.goals) if self.goals else "the shipped ones"
             raise ResultError(
-                f"{self.path} is of goals {quoted(setting.goals_sha256[:12])}, not of {which} "
-                f"({goal_set.sha256[:12]}): give its own with --goals"
+                f"{self.path} is on goals {quoted(setting.goals_sha256[:12])}, not on {which} "
+                f"({goal_set.sha256[:12]}): give its goals with --goals"
             )
         goal_set.check_fits(scene, setting.objects)
         largest = max(setting.goal_numbers, default=0)
         if setting.n_goals not in (None, len(goal_set)) or largest >= len(goal_set):
-            raise ResultError(
-                f"{self.path} is of a set of {max(setting.set_size, largest + 1)} goals, "
-                f"this one has {len(goal_set)}"
-            )
+            size = counted(max(setting.set_size, largest + 1), "goal")
+            raise ResultError(f"{self.path} is on a set of {size}, this one has {len(goal_set)}")
         return goal_set
 
     def _checks(

@@ -1,4 +1,4 @@
-"""Replays the trials of a result."""
+"""Replay the trials of a result."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from real_bench.verification.differences import (
 from real_bench.verification.verdicts import TrialCheck
 
 PLACED_WITHIN_M = 1e-9
-"""How far from its start, by rounding, an object may be put."""
+"""How far an object may be put from its start because of rounding, metres."""
 
 
 class TrialReplayer:
-    """Makes the trials of a result once more, from their commands.
+    """Runs the trials of a result again, from their commands.
 
     Args:
         scene, condition: of the result.
         goal_set: its goals.
         trial_steps: how long its trials last.
-        other_physics: whether it was made where the same commands end otherwise.
+        other_physics: whether it was made with different physics.
     """
 
     def __init__(
@@ -53,8 +53,8 @@ class TrialReplayer:
         self._other_physics = other_physics
 
     def check(self, trial: TrialResult) -> TrialCheck:
-        """Replay one trial, which keeps its commands; what differs is in what comes back."""
-        assert trial.commands is not None  # results without commands are refused before
+        """Replay a trial that keeps its commands; returns what differs."""
+        assert trial.commands is not None  # results without commands were refused before
         goal = self._goals[trial.goal]
         try:
             found = list(self._differences(trial, trial.commands, goal))
@@ -93,10 +93,10 @@ class TrialReplayer:
 
 
 def _contradictions(trial: TrialResult, commands: Commands, goal: Goal) -> Iterator[Difference]:
-    """What does not follow from the poses, the goal and the commands; true in any physics."""
+    """What contradicts the poses, the goal or the commands, in any physics."""
     derived = trial_result(trial.goal, goal, np.array(trial.final_poses), commands)
     if trial.challenge != derived.challenge:
         yield Difference(f"its class is {derived.challenge}, not {trial.challenge}")
     yield from numbers_differ("distance", trial.distances, derived.distances, "m", within=ROUNDING)
     if trial.actions_sha256 != derived.actions_sha256:
-        yield Difference("actions_sha256 is not that of its commands")
+        yield Difference("actions_sha256 does not match its commands")

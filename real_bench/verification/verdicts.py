@@ -1,4 +1,4 @@
-"""What came of a verification."""
+"""The outcomes of verifications."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from real_bench.verification.versions import Physics
 
 @dataclass(frozen=True)
 class TrialCheck:
-    """What came of replaying one trial.
+    """The outcome of replaying one trial.
 
     Attributes:
         goal: its number.
         challenge: its class, as recorded.
-        differences: nothing where it ended as recorded: to the last bit, and where physics is
-            another one within a millimetre.
+        differences: empty if it ended as recorded: to the last bit, or within a millimetre under
+            different physics.
     """
 
     goal: int
@@ -38,16 +38,16 @@ class TrialCheck:
 
 @dataclass(frozen=True)
 class ResultVerdict:
-    """What came of verifying a result.
+    """The outcome of verifying a result.
 
     Attributes:
         path: the result.
         score: as recorded.
         n_trials: how many trials were asked for.
         checks: of the trials that there are, by goal.
-        faults: whatever else does not hold.
+        faults: whatever else is wrong.
         notes: what could not be checked, or should be known.
-        physics: that it was made with, and that of here.
+        physics: what it was made with, and this machine's.
         may_be_incomplete: whether it passes without all trials.
     """
 
@@ -67,7 +67,7 @@ class ResultVerdict:
 
     @property
     def is_complete(self) -> bool:
-        """Whether every trial has been made."""
+        """Whether every trial has been run."""
         return len(self.checks) == self.n_trials
 
     @property
@@ -111,9 +111,9 @@ class ResultVerdict:
         if self.is_undecided:
             alike = len(self.checks) - len(self.different)
             return (
-                f"cannot be judged here, physics is another one: {alike} of {len(self.checks)} "
+                f"cannot be judged here, physics differs: {alike} of {len(self.checks)} "
                 f"trials {replay}, and all scores follow from the recorded poses; verify it where "
-                f"physics is {self.physics.then} (`realbench doctor` tells)"
+                f"physics is {self.physics.then} (see `realbench doctor`)"
             )
         if self.different:
             first = next(
@@ -128,26 +128,26 @@ class ResultVerdict:
         if self.faults:
             return f"does not verify: the trials {replay}, but {self.faults[0]}"
         return (
-            f"does not verify: it is incomplete, {trials}; these {replay} "
+            f"does not verify: incomplete, {trials}; these {replay} "
             "(--allow-incomplete accepts that)"
         )
 
 
 @dataclass(frozen=True)
 class RecordingVerdict:
-    """What came of verifying a recording.
+    """The outcome of verifying a recording.
 
     Attributes:
         path: the recording.
         n_actions, n_steps, n_states: how much was replayed and compared.
         total_steps: how many steps it holds.
-        images: whether images were compared, too.
-        where: the first state that differs, in words; empty where there is none.
+        images: whether images were also compared.
+        where: the first state that differs, in words; empty if there is none.
         differences: between that state and the replayed one.
-        faults: what in the file contradicts itself; where it cannot be replayed, it is not.
+        faults: contradictions in the file; if they prevent a replay, there is none.
         notes: what could not be checked, or should be known.
-        physics: that it was made with, and that of here; of several parts, of the first that is
-            of other physics.
+        physics: what it was made with, and this machine's; of several parts, the first with
+            different physics.
     """
 
     path: Path
@@ -164,7 +164,7 @@ class RecordingVerdict:
 
     @property
     def holds(self) -> bool:
-        """Whether all that was replayed is as recorded."""
+        """Whether everything replayed as recorded."""
         return not self.differences and not self.faults
 
     @property
@@ -203,9 +203,9 @@ class RecordingVerdict:
         replay = _how(self.physics)
         if self.is_undecided:
             return (
-                f"cannot be judged here, physics is another one: {self.n_steps:,} of "
+                f"cannot be judged here, physics differs: {self.n_steps:,} of "
                 f"{self.total_steps:,} steps {replay}; verify it where physics is "
-                f"{self.physics.then} (`realbench doctor` tells)"
+                f"{self.physics.then} (see `realbench doctor`)"
             )
         if self.differences:
             return f"does not verify: {self.where}: {'; '.join(map(str, self.differences))}"

@@ -17,7 +17,7 @@ class Physics:
     """The physics that something was made with, and that of this machine.
 
     Attributes:
-        then: as it says; ``unknown`` where it is older.
+        then: as the file says; ``unknown`` if it is older.
         here: of this machine.
     """
 
@@ -31,20 +31,20 @@ class Physics:
 
     @property
     def is_another(self) -> bool:
-        """Whether the same commands are known to end otherwise here."""
+        """Whether the same commands are known to end differently here."""
         return self.then not in (UNKNOWN, self.here)
 
     def notes(self) -> list[str]:
         """What should be known of it."""
         if self.then == UNKNOWN:
-            return [f"it does not tell its physics, here it is {self.here}: bits may differ"]
+            return [f"its physics is unknown, here it is {self.here}: bits may differ"]
         if self.is_another:
             return [f"its physics is {self.then}, here it is {self.here}: bits cannot agree"]
         return []
 
 
 def versions_differ(recorded: Mapping[str, str]) -> list[str]:
-    """A note for each package that is another here than it was then."""
+    """A note for each package whose version differs here."""
     here = package_versions()
     return [
         f"{name} was {quoted(recorded.get(name, 'unknown'))}, here it is {here[name]}: "

@@ -1,4 +1,4 @@
-"""Verifies a bundle as a whole: that its parts hold, and that each follows from the other."""
+"""Verify a bundle as a whole: that its parts hold, and that each follows from the others."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ OnReplay = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class BundleVerdict:
-    """What came of verifying a bundle.
+    """The outcome of verifying a bundle.
 
     Attributes:
         bundle: what was verified.
-        score: as recorded; None where the result cannot be read.
-        parts: of it.
+        score: as recorded; None if the result cannot be read.
+        parts: the verdicts on its parts.
     """
 
     bundle: Bundle
@@ -42,7 +42,7 @@ class BundleVerdict:
 
     @property
     def is_undecided(self) -> bool:
-        """Whether nothing fails, and something cannot be judged here."""
+        """Whether nothing fails but something cannot be judged here."""
         verdicts = {part.verdict for part in self.parts}
         return FAILS not in verdicts and UNDECIDED in verdicts
 
@@ -77,12 +77,12 @@ class BundleVerification:
 
     Attributes:
         bundle: what belongs together.
-        goals, scene: of the result; the shipped ones where None.
-        may_be_incomplete: whether a result passes whose trials have not all been made.
+        goals, scene: of the result; None: the shipped ones.
+        may_be_incomplete: whether a result with missing trials passes.
         jobs: number of processes, for the trials.
-        n_steps: replay so many steps of the recording; None: all.
-        n_again: so many goals are tested again with the submission; 0: it is not run.
-        play_again: whether it has to play again, too.
+        n_steps: how many steps of the recording to replay; None: all.
+        n_again: how many goals the submission is tested on again; 0: it is not run.
+        play_again: whether it also plays again.
         limits: what it may use up.
     """
 
@@ -140,7 +140,7 @@ class BundleVerification:
 
     def _recording(self) -> Told:
         if self.bundle.recording is None:
-            return NOT_CHECKED, "there is none"
+            return NOT_CHECKED, "no recording found"
         verdict = RecordingVerification(
             self.bundle.recording, scene=self.scene, n_steps=self.n_steps
         ).verify(lambda done, total: None)
@@ -148,13 +148,13 @@ class BundleVerification:
 
     def _code(self, result: Result) -> Told:
         if self.bundle.submission is None:
-            return NOT_CHECKED, "there is no submission"
+            return NOT_CHECKED, "no submission found"
         here = ControllerSource.of(str(self.bundle.submission)).code_sha256
         if here != result.setting.controller_sha256:
             return FAILS, "the submission is not the code that was tested"
         learned = result.setting.learned
         if learned is not None and here != learned.code_sha256:
-            return FAILS, "what it learned was learned by other code"
+            return FAILS, "what it learned was learned with other code"
         if self.bundle.recording is not None:
             with Recording(self.bundle.recording) as recording:
                 played = recording.code_sha256
@@ -198,5 +198,5 @@ def _of(holds: bool, is_undecided: bool) -> str:
 
 
 def _inside(detail: str, bundle: Bundle) -> str:
-    """Without the folder that everything lies in."""
+    """A detail without the bundle's folder."""
     return detail.replace(f"{bundle.result.parent}/", "")

@@ -1,4 +1,4 @@
-"""Watch a play from outside: what its recording says as it grows."""
+"""Watch a play from outside, by its growing recording."""
 
 from real_bench.watching.following import Moment, follow
 from real_bench.watching.status import PlayStatus, read_status

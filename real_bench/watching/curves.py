@@ -1,4 +1,4 @@
-"""Curves of letters, for a terminal."""
+"""Curves made of characters, for a terminal."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def in_bins(steps: ArrayLike, values: ArrayLike, end: int, n_bins: int) -> NDArr
 def curve(
     values: NDArray[np.float64], height: int, low: float, high: float, letters: str = BLOCKS
 ) -> list[str]:
-    """Lines of letters, the highest first; a column a value, which is blank for NaN.
+    """Lines of characters, the highest first; one column per value, blank for NaN.
 
     Args:
         values: (n,).

@@ -11,16 +11,16 @@ from pathlib import Path
 from real_bench.watching.status import PlayStatus, read_status
 
 SPEED_OVER_S = 60.0
-"""Speed is told of the last minute."""
+"""Speed is that of the last minute."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """How far a play is, and how fast it goes.
+    """The progress of a play, and its speed.
 
     Attributes:
-        status: how far it is.
-        speed: steps a second in the last minute; None where it was seen only once.
+        status: its progress.
+        speed: steps per second in the last minute; None if it was seen only once.
     """
 
     status: PlayStatus
@@ -28,17 +28,17 @@ class Moment:
 
     @property
     def seconds_left(self) -> float | None:
-        """How long the play will go on at this speed; None where that is not known."""
+        """How long the play will go on at this speed; None if unknown."""
         if not self.speed or self.status.what != "playing":
             return None
         return (self.status.total_steps - self.status.n_steps) / self.speed
 
 
 def follow(path: Path, every_s: float) -> Iterator[Moment]:
-    """What a recording says, now and whenever it changes, until its play has ended or stopped.
+    """The state of a recording, now and whenever it changes, until its play ends or stops.
 
     Args:
-        path: the recording, which must be there.
+        path: the recording, which must exist.
         every_s: how often to look.
 
     Raises:
@@ -58,7 +58,7 @@ def follow(path: Path, every_s: float) -> Iterator[Moment]:
 
 
 def _speed(marks: deque[tuple[float, int]], status: PlayStatus) -> float | None:
-    """Steps a second between writings; an action that has just begun is in none."""
+    """Steps per second between writes; an unfinished action is not included."""
     if not marks or status.written_at > marks[-1][0]:
         marks.append((status.written_at, status.n_steps))
     while len(marks) > 2 and marks[1][0] < status.written_at - SPEED_OVER_S:

@@ -1,4 +1,4 @@
-"""A moment of a play as it is shown in a terminal."""
+"""A moment of a play, shown in a terminal."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from real_bench.counting import counted
 from real_bench.naming import shown_name
 from real_bench.quoting import printable
 from real_bench.watching.curves import ASCII, BLOCKS, curve, in_bins
@@ -18,7 +19,7 @@ CURVE_LINES = 4
 MOST_CURVES = 6
 LABEL_WIDTH = 24
 ACTIONS_A_COLUMN = 10
-"""So many at least make a column of the share that moved an object."""
+"""The fewest actions per column of the share that moved an object."""
 
 
 def line_of(moment: Moment) -> str:
@@ -34,13 +35,13 @@ def screen_of(moment: Moment, width: int, *, ascii_only: bool = False) -> Group:
 
     Args:
         moment: what to show.
-        width: in letters.
-        ascii_only: whether the terminal has no blocks.
+        width: in characters.
+        ascii_only: whether the terminal has no block characters.
     """
     status, header = moment.status, moment.status.header
     title = (
         f"{status.path.name}: {shown_name(header.controller)}, {header.condition}, "
-        f"{header.objects} object(s), scene {header.scene}, seed {header.seed}"
+        f"{counted(header.objects, 'object')}, scene {header.scene}, seed {header.seed}"
     )
     curves = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1))
     room = max(width - LABEL_WIDTH - 2, 20)
@@ -54,7 +55,9 @@ def screen_of(moment: Moment, width: int, *, ascii_only: bool = False) -> Group:
             lines = curve(bins, CURVE_LINES, low, high, ASCII if ascii_only else BLOCKS)
             curves.add_row(_label(name, values, low, high), Text("\n".join(lines)))
     more = len(drawn) - MOST_CURVES
-    rest = [Text(f"and {more} more numbers (--tensorboard shows all)")] if more > 0 else []
+    rest = (
+        [Text(f"and {counted(more, 'more number')} (--tensorboard shows all)")] if more > 0 else []
+    )
     return Group(Text(printable(title)), Text(line_of(moment)), curves, *rest)
 
 

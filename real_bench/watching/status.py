@@ -1,4 +1,4 @@
-"""What a recording says at one moment of a play."""
+"""The state of a recording at one moment of a play."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from real_bench.locks import is_being_written
 from real_bench.recording import MOVED_M, Header, Recording
 
 LATEST_ACTIONS = 500
-"""Of which the share that moved an object is told, as in the paper's figures."""
+"""Actions over which the share that moved an object is taken, as in the paper's figures."""
 
 
 @dataclass(frozen=True)
 class PlayStatus:
-    """How far a play has come, by what it has written.
+    """The progress of a play, by what it has written.
 
     Attributes:
         path, header: of the recording.
         n_steps, total_steps: steps so far, and asked for.
-        ended: whether the play is over, with all that was to be learned.
-        is_played: whether a process is at it now.
+        ended: whether the play is over, including all learning.
+        is_played: whether a process is playing now.
         written_at: when this was written, in seconds since 1970.
         ended_at: the step at which each action ended, (n,).
         moved: whether it moved an object by more than 1 cm, (n,).
@@ -95,8 +95,8 @@ class PlayStatus:
 
 
 def read_status(path: Path) -> PlayStatus:
-    """Read what a recording says now; raises RecordingError where it is none."""
-    is_played = is_being_written(path)  # before it is read, so that an end is not missed
+    """Read the present state of a recording; raises RecordingError if it is not one."""
+    is_played = is_being_written(path)  # checked before reading, so that an end is not missed
     with Recording(path) as recording:
         rows = recording.transitions
         return PlayStatus(

@@ -1,4 +1,4 @@
-"""A play as event files of TensorBoard, written by its own library."""
+"""A play as TensorBoard event files, written by TensorBoard's own library."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from real_bench.files import OutputError, check_folder
 from real_bench.watching.following import Moment
 
 ACTIONS_A_POINT = 100
-"""So many actions make a point of the share that moved an object."""
+"""Actions per point of the share that moved an object."""
 
 
 class EventFiles:
     """Writes what is new in each moment; use it as a context manager.
 
     Args:
-        folder: for the event files; made where there is none.
-        overwrite: remove those of before.
+        folder: for the event files; created if needed.
+        overwrite: remove earlier ones.
 
     Raises:
         MissingExtraError: TensorBoard is not installed.
-        OutputError: the folder cannot be written, or has event files already.
+        OutputError: the folder cannot be written, or already has event files.
     """
 
     def __init__(self, folder: Path, *, overwrite: bool = False) -> None:
@@ -31,7 +31,7 @@ class EventFiles:
         before = sorted(folder.glob("events.out.tfevents.*"))
         if before and not overwrite:
             raise OutputError(
-                f"{folder} has event files already: use --overwrite, or another --tensorboard"
+                f"{folder} already has event files: use --overwrite, or another --tensorboard"
             )
         for file in before:
             file.unlink()
@@ -39,7 +39,7 @@ class EventFiles:
         self._n_actions = self._n_logged = 0
 
     def add(self, moment: Moment) -> None:
-        """Write what was not there before."""
+        """Write what is new."""
         status = moment.status
         if moment.speed is not None:
             self._scalar("play/steps a second", moment.speed, status.n_steps)

@@ -72,14 +72,14 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "quit.py"), "quit.py, line 2: SystemExit"),
         (("--controller", "empty.py"), "found none"),
         (("--controller", "two.py"), "found A, B; name it as two.py:Class"),
-        (("--controller", "two.py:C"), "there is no class C"),
+        (("--controller", "two.py:C"), "class not found: C"),
         (("--controller", "no.such.module:C"), "No module named 'no'"),
         (("--controller", "math:pi"), "is not a class"),
         (("--controller", "real_r", "--condition", "XY"), "unknown condition 'XY': use one of OM"),
         (("--controller", "reald"), "a submission's folder, did you mean real_d?"),
         (
             ("--controller", "real_d", "--set", "planner.deph=8"),
-            "planner.deph: there is no such name, did you mean planner.depth? (they are, with",
+            "planner.deph: unknown name, did you mean planner.depth? (settings and defaults:",
         ),
         (("--controller", "real_d", "--set", "depth=8"), "did you mean planner.depth?"),
         (("--controller", "real_r", "--scene", "oficial"), "did you mean official?"),
@@ -89,7 +89,10 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "real_r", "--steps", "0"), "--steps must be at least 1, not 0"),
         (("--controller", "real_r", "--steps", "-5"), "--steps must be at least 1, not -5"),
         (("--controller", "real_r", "--seed", "-1"), "--seed must be 0 to 2**63 - 1, not -1"),
-        (("--controller", "real_r", "--condition", "IM", "--no-images"), "record them"),
+        (
+            ("--controller", "real_r", "--condition", "IM", "--no-images"),
+            "needs images: leave out --no-images",
+        ),
         (("--controller", "real_r", "--out", "no/such/run.h5"), "cannot write into no/such"),
         (("--controller", "real_r", "--out", "/proc/run.h5"), "cannot write into /proc"),
         (("--controller", "real_r", "--out", "."), "is a folder"),
@@ -97,7 +100,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--resume", "--out", "text.h5"), "text.h5 cannot be read"),
         (("--resume", "--out", "newer.h5"), "schema version 99"),
         (("--resume", "--seed", "3"), "cannot be resumed"),
-        (("--resume", "--steps", "10"), "already holds 1,000 steps, 10 asked"),
+        (("--resume", "--steps", "10"), "already holds 1,000 steps, 10 were asked for"),
     ],
 )
 def test_intrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
@@ -149,7 +152,7 @@ def test_inspect(place: Path, file: str) -> None:
 
 def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
     done = realbench(tmp_path, "intrinsic", code=1)
-    assert "a controller is missing (try --controller real_r)" in done.stderr
+    assert "no controller given (try --controller real_r)" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -157,7 +160,7 @@ def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
     [
         ("nothing", "return None", "not NoneType"),
         ("nan", "return {'macro_action': [float('nan')] * 4}", "finite numbers"),
-        ("shape", "return {'macro_action': [0, 0]}", "4 numbers, not of shape (2,)"),
+        ("shape", "return {'macro_action': [0, 0]}", "4 numbers, not an array of shape (2,)"),
         ("key", "return {'joint_command': [0] * 9}", "it has: nothing"),
         ("raises", "raise RuntimeError('tired')", "raises.py, line 7: RuntimeError: tired"),
         ("quits", "raise SystemExit(0)", "SystemExit"),

@@ -166,7 +166,7 @@ def test_a_default_recording_that_does_not_fit_is_not_used(
     arguments = ["--controller", "real_r", "--condition", "OM", "--objects", "2"]
     arguments += ["--scene", "builtin", "--goals", "two.npy", "--out", "two.json", "--trials", "1"]
     done = realbench(workplace, "extrinsic", *arguments)
-    assert "run.h5 is not used: it is of 1 object(s), not 2" in done.stderr
+    assert "run.h5 is not used: it has 1 object, not 2" in done.stderr
     assert json.loads((workplace / "two.json").read_text())["setting"]["run_steps"] == 0
 
 

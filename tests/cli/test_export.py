@@ -187,7 +187,7 @@ def test_nothing_is_replaced_unasked(place: Path, tmp_path: Path) -> None:
     (other / "thesis.tex").write_text("years of work")
     told = realbench(place, "export", "my run.h5", "--to", "minari", "--out", tmp_path,
                      "--name", "mine-v0", "--overwrite", code=1)  # fmt: skip
-    assert "is no dataset of Minari: it is not replaced" in told.stderr
+    assert "is not a Minari dataset, so it is not replaced" in told.stderr
     assert (other / "thesis.tex").read_text() == "years of work"
 
 
@@ -196,10 +196,14 @@ def test_nothing_is_replaced_unasked(place: Path, tmp_path: Path) -> None:
     [
         (("none.h5",), 1, "recording not found: none.h5"),
         (("my run.h5", "--to", "lerobot"), 2, "'lerobot' is not one of"),
-        (("my run.h5", "--image-size", "80x60"), 2, "are for --to minari"),
-        (("my run.h5", "--to", "minari", "--image-size", "80"), 2, "such as 80x60"),
+        (
+            ("my run.h5", "--image-size", "80x60"),
+            2,
+            "--images, --image-size and --name need --to minari",
+        ),
+        (("my run.h5", "--to", "minari", "--image-size", "80"), 2, "like 80x60"),
         (("my run.h5", "--to", "minari", "--image-size", "0x9"), 2, "must be 1 to 4096"),
-        (("my run.h5", "--to", "minari", "--name", "../x"), 1, "a dataset's name is such as"),
+        (("my run.h5", "--to", "minari", "--name", "../x"), 1, "a dataset's name must look like"),
         (("my run.h5", "--out", "my run.h5"), 1, "cannot write into my run.h5"),
     ],
 )

@@ -97,8 +97,9 @@ def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -
     [
         (("run.h5", "--run-steps", "4001"), 1, "run.h5 has 4,000 steps, 4,001 were asked for"),
         (("run.h5", "--set", "vae.wait=1"), 1, "bad settings: vae.wait"),
-        (("goals.npy",), 2, "goals.npy is a goal set: give recording or result"),
-        (("note.txt",), 2, "note.txt is no recording, goal set, result, experiment"),
+        (("goals.npy",), 2, "goals.npy: recording or result expected, not goal set"),
+        (("note.txt",), 2, "note.txt is none of: recording, goal set, result, experiment"),
+        (("none.txt",), 2, "file not found: none.txt"),
         (("none.h5",), 1, "recording not found: none.h5"),
         (("cut.h5",), 1, "cut.h5 cannot be read"),
         (("note.json",), 1, "note.json is not a result of realbench"),

@@ -36,7 +36,7 @@ def test_compare_takes_files_folders_and_patterns(folder: Path, near: str) -> No
 def test_score_passes_and_fails_by_its_exit_code(folder: Path) -> None:
     realbench(folder, "score", "near", "--min", "0.3", "--baseline", "far.json")
     failed = realbench(folder, "score", "far.json", "--min", "0.3", code=3)
-    assert "not passed: minimum: 0.0156, at least 0.3 is asked" in failed.stderr
+    assert "not passed: minimum: 0.0156, at least 0.3 required" in failed.stderr
     done = realbench(folder, "score", "far.json", "--baseline", "near/seed0.json", code=3)
     assert "not worse than the baseline" in done.stderr
 
@@ -102,8 +102,8 @@ def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> Non
 def test_a_part_of_the_goals_is_not_all_of_them(submission: Path) -> None:
     goals = ("--goals", "goals.npy")
     refused = realbench(submission, "score", *TEST, *goals, "--trials", "1", code=2)
-    assert "--trials 1 tests a part of the 2 goals" in refused.stderr
-    assert "use --allow-part" in refused.stderr
+    assert "--trials 1 tests only a part of the 2 goals" in refused.stderr
+    assert "add --allow-part" in refused.stderr
     assert not (submission / "score.json").exists()
     realbench(submission, "score", *TEST, *goals, "--trials", "1", "--allow-part")
     for told in (goals, ()):  # the result says itself that it is a part
@@ -130,11 +130,11 @@ def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> Non
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ([], "give result files, or a --controller"),
-        (["far.json", "--controller", "real_r"], "--controller is for a test"),
-        (["far.json", "--jobs", "1"], "--jobs is for a test"),
-        (["far.json", "--trials", "1"], "--trials is for a test"),
-        (["far.json", "--no-isolate"], "--isolate is for a test"),
+        ([], "give result files, or --controller or --run"),
+        (["far.json", "--controller", "real_r"], "--controller is for running a test"),
+        (["far.json", "--jobs", "1"], "--jobs is for running a test"),
+        (["far.json", "--trials", "1"], "--trials is for running a test"),
+        (["far.json", "--no-isolate"], "--isolate is for running a test"),
     ],
 )
 def test_results_or_a_test(folder: Path, arguments: list[str], told: str) -> None:

@@ -99,7 +99,7 @@ def test_a_terminal_gets_curves(played: Path) -> None:
         shown += part
     assert process.wait() == 0
     text = shown.decode()
-    assert "run.h5: Logs, OM, 1 object(s), scene builtin, seed 0" in text
+    assert "run.h5: Logs, OM, 1 object, scene builtin, seed 0" in text
     assert "4,000 of 4,000 steps (100%)" in text
     assert "verlust ö" in text
     assert "█" in text
@@ -119,7 +119,7 @@ def test_event_files_are_read_by_tensorboard(played: Path) -> None:
     assert [event.step for event in told] == [1000, 2000, 3000, 4000]
     assert [float(make_ndarray(event.tensor_proto)) for event in told] == [1, 2, 3, 4]
     again = realbench(played, "watch", "run.h5", "--tensorboard", "events", code=1)
-    assert "events has event files already: use --overwrite" in again.stderr
+    assert "events already has event files: use --overwrite" in again.stderr
     realbench(played, "watch", "run.h5", "--tensorboard", "events", "--overwrite")
     assert len(list((played / "events").iterdir())) == 1
 
@@ -129,7 +129,7 @@ def test_event_files_are_read_by_tensorboard(played: Path) -> None:
     [
         (("none.h5",), 1, "recording not found: none.h5"),
         (("run.h5", "--every", "0"), 2, "'--every'"),
-        (("run.h5", "--overwrite"), 2, "--overwrite is for --tensorboard"),
+        (("run.h5", "--overwrite"), 2, "--overwrite needs --tensorboard"),
         (("run.h5", "--tensorboard", "run.h5"), 1, "run.h5"),
     ],
 )

@@ -153,7 +153,7 @@ def test_code_that_was_swapped_after_the_play_is_named(bundle: Bundle, honest: P
 
     forge(place / "score.json", hash_too)
     found = verdict(place, honest)
-    assert found["detail"] == "code: what it learned was learned by other code"
+    assert found["detail"] == "code: what it learned was learned with other code"
 
     def all_hashes(content: dict[str, Any]) -> None:
         content["setting"]["learned"]["code_sha256"] = swapped
@@ -171,7 +171,7 @@ def test_other_goals_are_named(
     test = ["--goals", easy, "--trial-steps", "1000", "--out", "score.json", "--overwrite"]
     whom = ["--controller", "submission", "--run", "run.h5", "--isolate"]
     realbench(place, "extrinsic", *whom, *test)
-    assert "is of goals" in verdict(place, honest)["detail"]
+    assert "is on goals" in verdict(place, honest)["detail"]
     wanted = json.loads((honest / "score1.json").read_text())["setting"]["goals_sha256"]
 
     def hash_too(content: dict[str, Any]) -> None:
@@ -204,9 +204,9 @@ def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
         "state": "FAILS",
         "play": "not checked",
     }
-    assert "its state is of another play" in found["detail"]
+    assert "its state is from another play" in found["detail"]
     found = verdict(place, honest, "--relearn", "0", "--play-again")
-    assert "it plays alike, but hands over another state" in found["detail"]
+    assert "it plays the same, but hands over another state" in found["detail"]
 
 
 def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: Path) -> None:

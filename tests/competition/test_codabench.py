@@ -173,4 +173,4 @@ def test_rounds_follow_one_another_on_the_platform(place: Path) -> None:
     fields["rounds"] = {"a": {**ROUND, "start": "tomorrow"}}
     (place / "two.yaml").write_text(json.dumps(fields))
     done = realbench(place, "round", "codabench", "two.yaml", "--overwrite", code=1)
-    assert "write it as 2027-01-31 12:00:00" in done.stderr
+    assert "write it like 2027-01-31 12:00:00" in done.stderr

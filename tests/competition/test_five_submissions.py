@@ -19,7 +19,7 @@ STATUSES = {
     "missing": "refused",
 }
 TOLD = {
-    "malicious": "play, a message of its process is refused: it declares 4294967295",
+    "malicious": "play, a message from its process was refused: it declares 4294967295",
     "hanging": "play, next_action() did not end within the 12 s of --call-limit",
     "crashing": "test, goal 0: next_action() failed at controller.py, line ",
     "missing": "play, cannot be loaded: controller.py, line 1: ModuleNotFoundError",
@@ -58,5 +58,5 @@ def test_one_scores_and_four_have_a_status(place: Path) -> None:
         "Missing": [Failure],
     }
     again = realbench(place, "round", "run", "submissions", path)
-    assert "to do" not in again.stderr
+    assert "to run" not in again.stderr
     assert again.stdout == done.stdout

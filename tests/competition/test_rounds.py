@@ -72,7 +72,7 @@ def test_archives_versions_and_what_does_not_fit(place: Path) -> None:
     realbench(place, "round", "run", "submissions", path)
     rows = rows_of(place)
     assert rows["team"]["status"] == "scored"
-    assert rows["other"]["detail"] == "it is made for IM, this round is OM"
+    assert rows["other"]["detail"] == "it is made for IM, but the round is OM"
     assert rows["empty"]["detail"] == "empty has no submission.yaml"
     assert "cannot be unpacked" in rows["bad"]["detail"]
     result = load_result(next((place / "results" / "first").glob("team-*/seed0.json")))
@@ -97,7 +97,7 @@ def test_a_failure_is_tried_again_when_asked(place: Path) -> None:
     assert "MemoryError" in row["detail"]
     realbench(place, "round", "run", "submissions", path)
     done = realbench(place, "round", "run", "submissions", path, "--retry")
-    assert "1 plays and 1 tests to do" in done.stderr
+    assert "to run: 1 play and 1 test, " in done.stderr
 
 
 def test_recordings_may_be_given(place: Path) -> None:
@@ -121,7 +121,7 @@ def test_recordings_may_be_given(place: Path) -> None:
         ({"condition": "XX"}, "rounds.first.condition: "),
         ({"limits": {"memory_gib": -1}}, "--memory-limit must be above 0"),
         ({"limits": {"memory": 1}}, "rounds.first.limits: "),
-        ({"play": "given"}, "recordings are named where"),
+        ({"play": "given"}, "recordings go with `play: given`"),
         ({"ties": "maybe"}, "rounds.first.ties: "),
         ({"goals": "none.npy"}, "none.npy"),
     ],
@@ -137,7 +137,7 @@ def test_what_there_is_not_is_told(place: Path) -> None:
     (place / "submissions").mkdir()
     path = rounds(place)
     done = realbench(place, "round", "run", "submissions", path, code=1)
-    assert "there is no submission in submissions" in done.stderr
+    assert "no submission found in submissions" in done.stderr
     done = realbench(place, "round", "run", "submissions", path, "--round", "last", code=2)
     assert "has no round last: use first" in done.stderr
     done = realbench(place, "leaderboard", "submissions", code=1)
@@ -161,5 +161,5 @@ def test_links_and_outsiders_are_left_behind(place: Path) -> None:
         archive.writestr("submission.yaml", "name: x")
         archive.writestr("../../escaped.py", "owned")
     realbench(place, "round", "run", "submissions", rounds(place))
-    assert "leads elsewhere" in rows_of(place)["evil"]["detail"]
+    assert "leads out of its folder" in rows_of(place)["evil"]["detail"]
     assert not list(place.rglob("escaped.py"))

@@ -20,7 +20,7 @@ FEW = ["--scene", "builtin", "--2d", "1", "--25d", "1", "--3d", "0"]
 def secret(place: Path) -> str:
     """Secret goals instead of the others; gives the commitment."""
     told = realbench(place, "goals", "generate", "--secret", *FEW, "--out", "secret.npy").stdout
-    return told.split("to be published now: ")[1].strip()
+    return told.split("commitment, publish it now: ")[1].strip()
 
 
 def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
@@ -33,8 +33,8 @@ def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
     assert stat.S_IMODE(opening.stat().st_mode) == 0o600
     opened = ["goals", "open", "secret.npy", opening, "--scene", "builtin", "--commitment"]
     told = realbench(place, *opened, secret).stdout
-    assert f"committed to, drawn from seed {kept['seed']}" in told
-    assert "of another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
+    assert f"as committed to, drawn from seed {kept['seed']}" in told
+    assert "belongs to another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
     opening.write_text(json.dumps({**kept, "seed": kept["seed"] + 1}))
     assert "was altered" in realbench(place, *opened, secret, code=1).stderr
 
@@ -59,7 +59,7 @@ def test_nobody_draws_the_same_and_nobody_chooses(builtin_scene: Scene) -> None:
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"seed": -1}', "\x00", '{"commitment": 1}'])
 def test_what_is_no_opening_is_told(tmp_path: Path, text: str) -> None:
     (tmp_path / "o.json").write_text(text)
-    with pytest.raises(GoalSetError, match="is no opening"):
+    with pytest.raises(GoalSetError, match="is not an opening"):
         read_opening(tmp_path / "o.json")
 
 
@@ -75,7 +75,7 @@ def test_nothing_of_them_is_published_until_they_are_released(place: Path, secre
     run = ["round", "run", "submissions"]
     realbench(place, *run, rounds(place, **asked))
     done = realbench(place, "leaderboard", "results", "--site", "site", "--films")
-    assert "its goals are secret, so the site shows nothing of them" in done.stderr
+    assert "its goals are secret, so the site does not show them" in done.stderr
     pages = [path.read_text() for path in (place / "site").iterdir() if path.is_file()]
     assert not any("data:image" in page or "<img" in page for page in pages)
     assert not (place / "site" / "films").exists()
@@ -86,7 +86,7 @@ def test_nothing_of_them_is_published_until_they_are_released(place: Path, secre
     assert f"secret until they are released (commitment {secret})" in pages[0] + "".join(pages)
     result = str(next((place / "results" / "first").glob("good-*/seed0.json")))
     report = ["report", result, "--goals", "secret.npy", "--out", "r.html"]
-    assert "say --released once everybody may see them" in realbench(place, *report, code=1).stderr
+    assert "use --released once they may be seen" in realbench(place, *report, code=1).stderr
     assert not (place / "r.html").exists()
     assert realbench(place, *report, "--released")
     realbench(place, *run, rounds(place, **asked, released=True))

@@ -38,7 +38,7 @@ def test_another_folder_is_not_touched(site: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     results = site.parent / "results"
     done = realbench(tmp_path, "leaderboard", results, "--site", ".", code=1)
-    assert "holds something else" in done.stderr
+    assert "holds other files" in done.stderr
     done = realbench(tmp_path, "leaderboard", results, "--site", site, code=1)
     assert "use --overwrite" in done.stderr
 

@@ -107,7 +107,7 @@ def test_whoever_stops_leaves_no_work_behind(
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=SECONDS)
     assert process.returncode == 130, told
-    assert "repeat the command to go on" in told
+    assert "repeat the command to continue" in told
     _until(lambda: not _children(cluster.workers[0].pid))
 
 

@@ -79,7 +79,7 @@ def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path)
     threading.Thread(target=lambda: (begun.wait(60), processes.stop()), daemon=True).start()
     with pytest.raises(WorkerLostError):
         processes.do(job, lambda done, busy="": begun.set())
-    with pytest.raises(WorkerLostError, match="not begun"):
+    with pytest.raises(WorkerLostError, match="not started"):
         processes.do(job, lambda done, busy="": None)
     with Recording(job.out) as recording:  # whole, as far as it came
         assert not recording.ended

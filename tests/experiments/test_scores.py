@@ -89,7 +89,9 @@ def test_what_is_of_another_experiment_is_refused(
     drawn: Spec, changes: dict[str, Any], told: str
 ) -> None:
     kept = keep(drawn, **changes)
-    with pytest.raises(ExperimentError, match=f"{kept.name} is not of this experiment: .*{told}"):
+    with pytest.raises(
+        ExperimentError, match=f"{kept.name} does not belong to this experiment: .*{told}"
+    ):
         rows_of(drawn, ExperimentPlan(drawn))
     with pytest.raises(ExperimentError, match=told):
         ExperimentPlan(drawn).left()
@@ -137,7 +139,7 @@ def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
     keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
     assert rows_of(spec, ExperimentPlan(spec))[0].seeds == (0,)
     (tmp_path / "mine.py").write_text(code + "# better\n")
-    with pytest.raises(ExperimentError, match=r"mine\.py, or what lies beside it, as it was"):
+    with pytest.raises(ExperimentError, match=r"mine\.py, or a file beside it, has changed since"):
         rows_of(spec, ExperimentPlan(spec))
 
 
@@ -182,7 +184,10 @@ def test_a_play_that_was_killed_at_once_is_unfinished_and_nothing_else(drawn: Sp
 
 @pytest.mark.parametrize(
     ("changes", "told"),
-    [({"steps": 2000}, "steps 3000, not 2000"), ({"seed": 1}, "is not of this experiment: seed")],
+    [
+        ({"steps": 2000}, "steps 3000, not 2000"),
+        ({"seed": 1}, "does not belong to this experiment: seed"),
+    ],
 )
 def test_a_play_of_another_experiment_is_refused(
     drawn: Spec, write_spec: WriteSpec, changes: dict[str, Any], told: str

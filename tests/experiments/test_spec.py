@@ -64,17 +64,17 @@ def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -
         ({"cells": [{**RANDOM, "name": "../x"}]}, "name"),
         (
             {"cells": [{**RANDOM, "publishd": 1}]},
-            r"cells\.0\.publishd: there is no such name, did you mean published\? \(there are: "
+            r"cells\.0\.publishd: unknown name, did you mean published\? \(use: "
             "controller, condition, settings, objects, name, play, goals, repeats, published, note",
         ),
         (
             {"cells": [{**RANDOM, "published": {"mean": 0.1, "standard_eror": 0.1}}]},
-            r"did you mean standard_error\? \(there are: mean, standard_error, repeats\)",
+            r"did you mean standard_error\? \(use: mean, standard_error, repeats\)",
         ),
         ({"plays": {"a": {**RANDOM, "image": True}}}, "plays.a.image: .*did you mean images"),
-        ({"goals": {"few": {"sed": 5}}}, r"there are: seed, counts\)"),
-        ({"step": 5}, "step: there is no such name, did you mean steps"),
-        ({"folder_": "x"}, r"there are: title, results, run, scene"),
+        ({"goals": {"few": {"sed": 5}}}, r"use: seed, counts\)"),
+        ({"step": 5}, "step: unknown name, did you mean steps"),
+        ({"folder_": "x"}, r"use: title, results, run, scene"),
         (
             {"cells": [{**RANDOM, "condition": "IJ", "play": "random"}]},
             "played in OM: it needs a play in IJ",

@@ -20,11 +20,11 @@ def test_the_table_is_made_and_printed_again_without_work(
 ) -> None:
     path = write_spec()
     done = realbench(tmp_path, "table", path, "--jobs", "2")
-    assert "2 plays and 5 tests to do, 26,000 steps in all" in done.stderr
+    assert "to run: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
     assert "2 of 2" in done.stdout
     again = realbench(tmp_path, "table", path)
     assert again.stdout == done.stdout
-    assert "to do" not in again.stderr
+    assert "to run" not in again.stderr
     markdown = realbench(tmp_path, "table", path, "--format", "markdown").stdout
     assert markdown.startswith("### tiny\n")
     assert r"\begin{tabular}" in realbench(tmp_path, "table", path, "--format", "latex").stdout
@@ -36,7 +36,7 @@ def test_nothing_is_made_unasked_where_the_spec_says_so(
 ) -> None:
     path = write_spec(run=False)
     done = realbench(tmp_path, "table", path)
-    assert "not made: 2 plays and 5 tests, 26,000 steps in all" in done.stderr
+    assert "missing: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
     assert "5 of 5 repeats are missing" in done.stdout
     assert not (tmp_path / "results").exists()
 
@@ -74,7 +74,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Pat
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert "repeat the command to go on" in told
+    assert "repeat the command to continue" in told
 
 
 def test_one_controller_that_fails_does_not_stop_the_others(
@@ -126,7 +126,7 @@ def test_mistakes_are_told_before_any_work(
 ) -> None:
     done = realbench(tmp_path, "table", write_spec(**changes), code=1)
     assert told in done.stderr
-    assert "to do" not in done.stderr
+    assert "to run" not in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_a_controller_that_will_not_do_is_told_before_any_work(
     done = realbench(tmp_path, "table", write_spec(cells=cells, repeats=1), code=1)
     assert "before any work: " in done.stderr
     assert told in done.stderr
-    assert "to do" not in done.stderr
+    assert "to run" not in done.stderr
     assert not list((tmp_path / "results").glob("*.h5"))
 
 
@@ -160,7 +160,7 @@ def test_images_that_nobody_records_are_told_before_any_work(
 ) -> None:
     cells = [{"controller": "real_ld", "condition": "IM", "play": "random"}]
     done = realbench(tmp_path, "table", write_spec(cells=cells, repeats=1), code=1)
-    assert "play random-1-seed0 records none: give the play `images: true`" in done.stderr
+    assert "play random-1-seed0 records none: give that play `images: true`" in done.stderr
 
 
 def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
@@ -222,11 +222,11 @@ def test_settings_are_compared_as_their_controllers_read_them(tmp_path: Path) ->
     assert [row["seeds_done"] for row in rows] == [[0], [0]]
     again = realbench(tmp_path, "table", "x.yaml", "--json")
     assert json.loads(again.stdout)["rows"] == rows
-    assert "to do" not in again.stderr
+    assert "to run" not in again.stderr
     changed = THRESHOLDS.replace('"50"', '"51"')
     (tmp_path / "x.yaml").write_text(changed)
     other = realbench(tmp_path, "table", "x.yaml", "--no-run", code=1)
-    assert "is not of this experiment: settings" in other.stderr
+    assert "does not belong to this experiment: settings" in other.stderr
 
 
 @pytest.mark.parametrize(
@@ -245,7 +245,7 @@ def test_settings_are_checked_before_any_work(
     ]
     done = realbench(tmp_path, "table", write_spec(cells=cells), code=1)
     assert told in done.stderr
-    assert "to do" not in done.stderr
+    assert "to run" not in done.stderr
     assert "drawing" not in done.stderr
     assert not list((tmp_path / "results").glob("[!.]*"))
 

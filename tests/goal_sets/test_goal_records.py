@@ -19,7 +19,7 @@ def goal_set():
     ("field", "value", "message"),
     [
         ("challenge", "4D", "unknown challenge '4D': use one of 2D, 2.5D, 3D"),
-        ("initial_poses", np.zeros((2, 6)), r"shape \(2, 6\): it must be \(n_objects, 7\)"),
+        ("initial_poses", np.zeros((2, 6)), r"shape \(2, 6\), not \(n_objects, 7\)"),
         ("initial_poses", np.zeros((0, 7)), r"shape \(0, 7\)"),
         ("initial_poses", np.full((2, 7), np.nan), "must be finite"),
         ("final_poses", np.zeros((2, 7)), "quaternions must have length 1"),
@@ -40,7 +40,11 @@ def test_a_goal_refuses_what_it_cannot_be(goal_set, field, value, message):
     ("field", "value", "message"),
     [
         ("goals", (), "at least one goal"),
-        ("goals", (make_goal(np.random.default_rng(0), n_objects=1),), "goal 0 places 1 objects"),
+        (
+            "goals",
+            (make_goal(np.random.default_rng(0), n_objects=1),),
+            "goal 0 places 1 object, but the set names 2",
+        ),
         ("object_names", ("cube", "cube"), "name each once"),
         ("object_names", ("cube", "a name"), "'a name' must match"),
         ("scene", "", "name '' must match"),

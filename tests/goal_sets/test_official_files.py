@@ -106,14 +106,14 @@ def test_challenges_are_understood_however_spelled(tmp_path, official_scene, spe
         ({"initial_state": {}}, "do not all place"),
         ({"initial_state": None}, "do not all place"),
         ({"initial_state": {"cube": np.zeros(7), "teapot": np.zeros(7)}}, "do not all place"),
-        ({"final_state": {"cube": np.zeros(7), "tomato": np.zeros(6)}}, r"poses of \[7, 6\]"),
-        ({"final_state": {"cube": np.zeros(7), "tomato": [0] * 7}}, "in place of an array"),
+        ({"final_state": {"cube": np.zeros(7), "tomato": np.zeros(6)}}, r"poses have \[7, 6\]"),
+        ({"final_state": {"cube": np.zeros(7), "tomato": [0] * 7}}, "other than an array"),
         ({"final_state": {"cube": np.zeros(7), "tomato": np.zeros(7)}}, "length 1"),
-        ({"final_state": {"cube": np.zeros(7), "tomato": np.zeros((1, 7))}}, "not 1 dimensions"),
+        ({"final_state": {"cube": np.zeros(7), "tomato": np.zeros((1, 7))}}, "not 1-dimensional"),
         ({"mask": np.full((6, 8), 300)}, "body ids 300 to 300"),
         ({"mask": np.array([[None]])}, "not hold plain numbers"),
         ({"retina": np.array(["text"])}, "not hold plain numbers"),
-        ({"retina": "text"}, "in place of an array"),
+        ({"retina": "text"}, "other than an array"),
     ],
 )
 def test_goals_that_are_none_are_refused(tmp_path, official_scene, changes, message):
@@ -263,7 +263,7 @@ def test_archives_of_another_kind_are_refused(tmp_path, official_scene):
     assert "not one .npy" in refusal(path, official_scene)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
         archive.writestr("arr_0.npy", "")
-    assert "another method" in refusal(path, official_scene)
+    assert "a method that numpy does not use" in refusal(path, official_scene)
     path.write_bytes(b"PK not a zip")
     assert "zip archive cannot be read" in refusal(path, official_scene)
     assert "No such file" in refusal(tmp_path / "missing.npz", official_scene)

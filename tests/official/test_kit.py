@@ -80,7 +80,7 @@ def test_its_folder_may_hold_modules_with_the_names_of_ours(kit: Path) -> None:
 def test_an_isolated_one_does_not_forget_its_files_unasked(kit: Path) -> None:
     realbench(kit, "intrinsic", *WHOM, *PLAY, "--isolate")
     done = realbench(kit, "extrinsic", "--controller", CONTROLLER, *TEST, code=1)
-    assert "played in isolation and wrote learned.npy, log.txt there: use --isolate" in done.stderr
+    assert "played in isolation and wrote learned.npy, log.txt: use --isolate" in done.stderr
 
 
 def test_check_says_what_runs_and_how_to_run_it(kit: Path) -> None:
@@ -88,7 +88,7 @@ def test_check_says_what_runs_and_how_to_run_it(kit: Path) -> None:
     shutil.copy(kit.parent / "goals.npy", kit)
     done = realbench(kit, "check", CONTROLLER)
     assert done.stdout.count(f"ok  loads    class Learner of {kit}/baseline/learner.py") == 2
-    assert "not shown to an isolated controller: goals.npy\n" in done.stdout
+    assert "hidden from an isolated controller: goals.npy\n" in done.stdout
     command = "realbench evaluate --controller my_controller.py --condition IM --steps 1500"
     assert f"  {command} --trials 2\n" in done.stdout
     found = json.loads(realbench(kit, "check", CONTROLLER, "--json").stdout)
@@ -117,9 +117,9 @@ def test_check_finds_what_would_fail_after_hours(kit: Path) -> None:
 
 def test_what_would_be_forgotten_is_told_and_refused(kit: Path) -> None:
     done = realbench(kit, "intrinsic", *WHOM, *PLAY)
-    assert "it has no get_state(): what it learns in itself is gone" in done.stderr
+    assert "it has no get_state(): what it learns is lost after the play" in done.stderr
     done = realbench(kit, "extrinsic", *TEST, code=1)
-    assert "holds nothing of what it learned" in done.stderr
+    assert "does not hold what it learned" in done.stderr
     assert "realbench evaluate" in done.stderr
     assert "--as-made" in done.stderr
 
@@ -134,7 +134,7 @@ def test_the_contract_of_2019_is_told(kit: Path) -> None:
         "        return {'joint_command': self.action_space.sample()}\n"
     )
     done = realbench(kit, "check", "old.py", "--condition", "IJ", code=1)
-    assert "takes the action space alone, as in the competition of 2019" in done.stdout
+    assert "takes only the action space, as in the competition of 2019" in done.stdout
 
 
 def test_the_deepest_line_of_the_submission_is_blamed(kit: Path) -> None:

@@ -63,7 +63,7 @@ def test_without_locks_there_is_a_warning(
     with caplog.at_level(logging.WARNING), write_lock(tmp_path / "x"):
         (tmp_path / "x").touch()
     assert [record.message for record in caplog.records] == [
-        f"{tmp_path / 'x'} is on a file system without locks: let no other process write it now"
+        f"{tmp_path / 'x'} is on a file system without locks: no other process must write it now"
     ]
     assert [path.name for path in tmp_path.iterdir()] == ["x"]
 

@@ -85,10 +85,10 @@ def test_no_home(place: Path) -> None:
     as_other = "setpriv --reuid=54321 --clear-groups"
     listed = shell(place, f"{as_other} $R scene list", HOME=None, XDG_DATA_HOME=None)
     assert listed.returncode == 0, listed.stderr
-    assert "official: there is no folder to install scene official in: set HOME" in listed.stdout
+    assert "official: no folder to install scene official in: set HOME" in listed.stdout
     asked = shell(place, f"{as_other} $R doctor", HOME=None, XDG_DATA_HOME=None)
     assert asked.returncode == 1
-    assert asked.stderr.startswith("realbench: error: there is no folder to install scene official")
+    assert asked.stderr.startswith("realbench: error: no folder to install scene official")
     assert asked.stderr.count("\n") == 1
     play = "intrinsic --controller real_r --condition OM --scene builtin --steps 1000"
     (place / "open").mkdir()

@@ -62,7 +62,7 @@ REFUSED = {
     "{a: {b: 1, b: 1}}": "b is given twice",
     "{1: a, 1.0: b}": "1.0 is given twice",
     "{a: 1, 'a': 2}": "a is given twice",
-    "{[a]: 1}": "a name is no text",
+    "{[a]: 1}": "a name is not text",
     "*x": "aliases",
     "!!timestamp 2026-01-01": "could not determine a constructor",
     "!!binary aGk=": "could not determine a constructor",

@@ -109,8 +109,8 @@ def test_a_controller_that_does_not_explain_itself_is_drawn_all_the_same(
         ("Explanation('odd', {}, (), [[1, 2]])", ControllerError, "must be finite numbers"),
         ("Explanation('odd', {}, (), [[[1, 2]] * 3])", ControllerError, "positions of 3 objects"),
         ("'because'", ControllerError, r"explain\(\) must return an Explanation, not str"),
-        ("Explanation('odd', {'x': object()})", RealBenchError, "holds what JSON cannot"),
-        ("Explanation('odd', {'x': float('nan')})", RealBenchError, "holds what JSON cannot"),
+        ("Explanation('odd', {'x': object()})", RealBenchError, "cannot be written as JSON"),
+        ("Explanation('odd', {'x': float('nan')})", RealBenchError, "cannot be written as JSON"),
     ],
 )
 def test_odd_explanations_are_one_clear_error(

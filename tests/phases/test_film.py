@@ -93,7 +93,7 @@ def test_an_ffmpeg_that_cannot_make_films_is_told_before_any_work(
 ) -> None:
     monkeypatch.setattr(TrialMaker, "__init__", never)
     monkeypatch.setattr(film, "CODEC", "libx265-of-another-build")
-    with pytest.raises(RealBenchError, match=r"no film can be made: .* has no libx265-of-another"):
+    with pytest.raises(RealBenchError, match=r"cannot make films: .* has no libx265-of-another"):
         face_goals("real_r", n_trials=1, videos=Path("films"))
 
 

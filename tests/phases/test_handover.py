@@ -57,15 +57,15 @@ def test_a_helper_that_was_edited_does_not_go_on_with_a_result(place: Path) -> N
     (place / "helper.py").write_text("END = -0.3\n")
     again = ("--trials", "2", "--resume")
     refused = realbench(place, "extrinsic", *TEST, *again, code=1).stderr
-    assert "was learned with other code" in refused
+    assert "was learned with different code" in refused
     refused = realbench(place, "extrinsic", *TEST, *again, "--keep-learned", code=1).stderr
-    assert "it is of another test: controller_sha256 differ" in refused
+    assert "is of another test and cannot be resumed: controller_sha256 differ" in refused
     assert (place / "score.json").read_bytes() == before
 
 
 def test_settings_without_effect_are_not_recorded_as_if_they_had(place: Path) -> None:
     refused = realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", code=1).stderr
-    assert "other settings (lr=0.1, now 0.5): say --keep-learned" in refused
+    assert "different settings (lr=0.1, now 0.5): use --keep-learned" in refused
     assert "--relearn" in refused
     assert not (place / "score.json").exists()
     realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", "--keep-learned")

@@ -160,7 +160,9 @@ def test_other_settings_cannot_go_on(play: Play, field: str, value: object) -> N
     before = play(**settings, steps=1000).read_bytes()
     with pytest.raises(RecordingError) as caught:
         play(**{**settings, field: value}, steps=2000, resume=True)
-    named, _, rest = str(caught.value).partition("other settings: ")[2].partition(": ")
+    named, _, rest = (
+        str(caught.value).partition("other settings and cannot be resumed: ")[2].partition(": ")
+    )
     assert named == field
     assert repr(shareable_name(value) if isinstance(value, str) else value) in rest
     assert ";" not in rest or field == "condition"  # with it, the version of its control

@@ -306,7 +306,7 @@ def test_real_t_cannot_be_tested_where_it_sees_no_positions(
 ) -> None:
     """Its thresholds are metres."""
     images = play("real_r", 1000, "IM")
-    with pytest.raises(ControllerError, match=r"real_t: .*needs an O condition"):
+    with pytest.raises(ControllerError, match=r"real_t: .*use an O condition"):
         face("real_t", images, condition="IM")
     assert not (tmp_path / "score.json").exists()
 

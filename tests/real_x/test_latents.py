@@ -143,7 +143,7 @@ def test_foreground_is_what_moves_and_looking_changes_nothing() -> None:
 
 
 def test_one_image_has_no_background() -> None:
-    with pytest.raises(RealBenchError, match="2 images or more, not 1"):
+    with pytest.raises(RealBenchError, match="needs at least 2 images, not 1"):
         Background(scenery(1)[0])
 
 

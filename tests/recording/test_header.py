@@ -115,7 +115,7 @@ def test_a_test_with_other_objects_or_scene_does_not_fit(header: Header) -> None
 
 def test_a_test_does_not_learn_from_an_earlier_version_of_its_control(header: Header) -> None:
     run = header.model_copy(update={"control_version": 1})
-    told = "its macro-actions are of version 1, these of 2"
+    told = "its macro-actions have version 1, this realbench has 2"
     assert told in run.misfits(Condition.parse("OM"), 2, header.scene_sha256)[0]
     assert run.differences(header) == ["control_version: 1, not 2"]
 

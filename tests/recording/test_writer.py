@@ -273,7 +273,7 @@ def test_a_file_that_is_removed_before_there_is_a_copy_is_told(
 ) -> None:
     file = begun(tmp_path / "run.h5", header, scene)
     file.path.unlink()
-    with pytest.raises(RecordingError, match="was removed while it was being recorded"):
+    with pytest.raises(RecordingError, match="was removed during the recording"):
         file.append(batch_of(cut_path, 0, 1))
 
 

@@ -96,16 +96,16 @@ def test_a_replay_that_goes_another_way_is_told(recorded: Path, tmp_path: Path) 
         file["commands"][...] = rows
     done = realbench(tmp_path, "film", path, "--actions", "0:4")
     assert done.stdout.endswith("play.mp4; it differs from the recording\n")
-    assert done.stderr.count("from action 2 on objects are not where they were recorded") == 1
+    assert done.stderr.count("since action 2 objects are not where they were recorded") == 1
 
 
 @pytest.mark.parametrize(
     ("arguments", "code", "complaint"),
     [
-        (("--actions", "5:9"), 2, "has 5 actions, 0 to 4: none of them is asked for"),
-        (("--actions", "3:1"), 2, "none of them is asked for"),
-        (("--actions", "many"), 2, "'many' is no range of actions such as 10:20, 10:, -5: or 7"),
-        (("--gui", "--out", "a.mp4"), 2, "--gui shows the part in a window"),
+        (("--actions", "5:9"), 2, "has 5 actions, 0 to 4: --actions selects none"),
+        (("--actions", "3:1"), 2, "--actions selects none"),
+        (("--actions", "many"), 2, "'many' is not a range of actions like 10:20, 10:, -5: or 7"),
+        (("--gui", "--out", "a.mp4"), 2, "--gui shows a window and writes no film"),
         (("--gui",), 1, "no display"),
         (("--scene", "moon"), 1, "unknown scene"),
         (("--out", "/proc/nope/a.mp4"), 1, "cannot write"),
@@ -130,7 +130,7 @@ def test_a_file_that_is_no_recording_is_told(tmp_path: Path) -> None:
 def test_a_recording_of_another_scene_is_not_replayed(
     recorded: Path, official_scene: Scene
 ) -> None:
-    with pytest.raises(RecordingError, match="is of scene builtin"):
+    with pytest.raises(RecordingError, match="was made in scene builtin"):
         PartReplay(recorded, 0, 1, "official").run(print, 50, ignore)
 
 

@@ -94,14 +94,14 @@ def test_it_holds_all_that_it_shows(page: Path) -> None:
 
 def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
     done = realbench(folder, "report", "score.json", "--out", tmp_path / "r.html")
-    assert "no pictures of its goals; name its goal set with --goals" in done.stderr
+    assert "no pictures of its goals; give its goal set with --goals" in done.stderr
     assert "no pictures of its goals" in (tmp_path / "r.html").read_text()
 
 
 @pytest.mark.parametrize(
     ("files", "code", "told"),
     [
-        (["run.h5", "--videos", "films"], 1, "--videos are of one result, not of 0"),
+        (["run.h5", "--videos", "films"], 1, "--videos needs exactly one result, not 0"),
         (["goals.npy"], 2, "goal set"),
         (["no.h5"], 1, "recording not found: no.h5"),
     ],

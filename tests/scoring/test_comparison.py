@@ -77,12 +77,12 @@ def test_worse_beyond_chance_is_said() -> None:
 @pytest.mark.parametrize(
     ("other", "told"),
     [
-        (made([0.1]), "not on the same goals: 2 and 1, of which 1 in common"),
-        (made([0.1, 0.1], goals_sha256="6" * 64), "of which 0 in common"),
+        (made([0.1]), "not on the same goals: 2 and 1, 1 of them in common"),
+        (made([0.1, 0.1], goals_sha256="6" * 64), "0 of them in common"),
         (made([0.1, 0.1], scene_sha256="6" * 64), "differ in scene sha256"),
         (made([0.1, 0.1], control_version=2), "two versions of macro-actions"),
         (made([0.1, 0.1], trial_steps=20), "differ in trial steps: 10000, 20"),
-        (made([]), "not tested the same goals"),
+        (made([]), "did not test the same goals"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(other: Result, told: str) -> None:

@@ -374,5 +374,5 @@ def test_a_part_is_not_the_whole(setting: Setting, result: Result) -> None:
 
 def test_all_trials_keep_their_commands_or_none_does(result: Result) -> None:
     bare = result.trials[0].model_copy(update={"commands": None})
-    with pytest.raises(ValueError, match="or none does"):
+    with pytest.raises(ValueError, match="all trials keep their commands, or none"):
         Result(setting=result.setting, trials=(bare, *result.trials[1:]))

@@ -30,7 +30,7 @@ def test_worse_than_the_baseline_fails_and_better_passes() -> None:
 def test_an_unfinished_result_fails() -> None:
     verdict = judge([made([0.1, 0.1], n_goals=3)])
     assert not verdict.passed
-    assert verdict.checks[0].detail == "2 of 3 goals, not finished: 3 were asked for"
+    assert verdict.checks[0].detail == "2 of 3 goals, not finished: 3 asked for"
     assert not judge([made([0.1, 0.1], n_goals=3)], allow_part=True).passed
 
 
@@ -91,7 +91,7 @@ def test_both_reports_say_what_failed() -> None:
 
 @pytest.mark.parametrize("field", ["controller", "scene", "condition"])
 def test_no_name_can_command_a_terminal(field: str) -> None:
-    with pytest.raises(ValueError, match="letters that can be printed"):
+    with pytest.raises(ValueError, match="a name must be printable"):
         made([0.1], **{field: "\x1b]0;title\x07"})
 
 

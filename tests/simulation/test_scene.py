@@ -97,7 +97,7 @@ def test_an_unknown_scene_names_the_known_ones() -> None:
 
 def test_a_missing_urdf_is_named(own_scene: Path) -> None:
     (own_scene.parent / "cube.urdf").unlink()
-    with pytest.raises(SceneError, match=r"cube\.urdf does not exist"):
+    with pytest.raises(SceneError, match=r"file not found: .*cube\.urdf"):
         Simulation(load_scene(own_scene))
 
 

@@ -95,7 +95,7 @@ def test_this_machine_has_the_reference_or_is_told_so(tmp_path: Path) -> None:
     assert facts["physics_is_the_reference"] == (physics.fingerprint() == physics.REFERENCE)
     told = realbench(tmp_path, "doctor", "--scene", "builtin").stdout
     assert ("all is well" in told) == facts["physics_is_the_reference"]
-    assert ("other physics than the reference" in told) != facts["physics_is_the_reference"]
+    assert ("different physics than the reference" in told) != facts["physics_is_the_reference"]
 
 
 def test_recordings_and_results_keep_it(
@@ -122,7 +122,7 @@ def test_a_result_of_other_physics_is_not_called_forged(
     assert not verdict.holds
     assert verdict.is_undecided
     told = verdict.lines()[-1]
-    assert told.startswith("cannot be judged here, physics is another one: ")
+    assert told.startswith("cannot be judged here, physics differs: ")
     assert f"verify it where physics is {there}" in told
     done = realbench(tmp_path, "verify", path, "--goals", goals_path, "--json", code=5)
     found = json.loads(done.stdout)
@@ -171,7 +171,7 @@ def test_a_recording_of_other_physics_is_not_called_forged(
     verdict = RecordingVerification(run).verify(quietly)
     assert verdict.is_undecided
     assert 1 <= verdict.n_actions < 4
-    assert verdict.lines()[-1].startswith("cannot be judged here, physics is another one: ")
+    assert verdict.lines()[-1].startswith("cannot be judged here, physics differs: ")
     realbench(tmp_path, "verify", run, code=5)
 
 
@@ -185,7 +185,7 @@ def test_a_recording_from_before_fingerprints_is_judged_by_bits(
         file.attrs["versions"] = json.dumps(versions)
     verdict = RecordingVerification(run).verify(quietly)
     assert verdict.holds
-    assert any("does not tell its physics" in note for note in verdict.notes)
+    assert any("its physics is unknown" in note for note in verdict.notes)
 
 
 def test_what_mixes_physics_is_marked(
@@ -199,7 +199,7 @@ def test_what_mixes_physics_is_marked(
     again = alike.setting.model_copy(update={"seed": 9})
     alike.model_copy(update={"setting": again}).save(tmp_path / "again.json")
     mixed = realbench(tmp_path, "compare", one, other).stdout
-    assert "results of different physics are mixed" in mixed
+    assert "results with different physics are mixed" in mixed
     assert here in mixed
     assert "physics" not in realbench(tmp_path, "compare", one, "again.json").stdout
     found = json.loads(realbench(tmp_path, "compare", one, other, "--json").stdout)
@@ -216,7 +216,7 @@ def test_a_table_marks_rows_that_mix_physics() -> None:
         for cell, each in zip(spec.cells, kinds, strict=True)
     ]
     assert [cells_of(row)[3] for row in rows] == ["2 of 2‡", "2 of 2"]
-    told = f"‡ results of different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
+    told = f"‡ results with different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
     assert any(note.startswith(told) for note in notes(rows))
     assert not any("physics" in note for note in notes(rows[1:]))
     assert rows[0].to_json()["physics"] == ["a" * 16, "b" * 16]

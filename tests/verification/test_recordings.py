@@ -203,7 +203,7 @@ def test_a_command_whose_change_moves_nothing_is_found_by_the_hash(
     verdict = verify(path)
     assert verdict.n_steps == 2300
     assert verdict.lines()[-1] == (
-        "does not verify: it replays bit for bit, but its commands are not those of their hash"
+        "does not verify: it replays bit for bit, but its commands do not match their hash"
     )
     with h5py.File(path, "r+") as file:
         del file.attrs["commands_sha256"]  # as in a recording from before
@@ -259,7 +259,9 @@ def test_a_recording_of_an_earlier_version_of_its_control_is_not_replayed(
     shutil.copy(recorded, path)
     with h5py.File(path, "r+") as file:
         del file.attrs["control_version"]  # as before it was kept
-    with pytest.raises(RecordingError, match="its macro-actions are of version 1, these of 2"):
+    with pytest.raises(
+        RecordingError, match="its macro-actions have version 1, this realbench has 2"
+    ):
         verify(path)
 
 
@@ -281,5 +283,5 @@ def test_images_can_be_compared_only_where_they_are(builtin_scene: Scene, tmp_pa
 def test_another_scene_is_a_fault(recorded: Path, official_scene: Scene) -> None:
     verdict = verify(recorded, scene=official_scene.source)
     assert not verdict.holds
-    assert "it is of another scene than official" in verdict.lines()[-1]
+    assert "it was made in another scene than official" in verdict.lines()[-1]
     assert verdict.n_steps == 0

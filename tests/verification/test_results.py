@@ -91,7 +91,7 @@ def test_what_it_learned_from_is_checked(
     wrong = verify(path, goals_path, run=other)
     assert not wrong.holds
     assert [fault.rpartition(": ")[2] for fault in wrong.faults] == [
-        "its hash is another one",
+        "its hash differs",
         "it has 2,000 steps, not 3,000",
     ]
 
@@ -111,12 +111,12 @@ def test_the_controller_is_checked_and_not_run(
     assert verify(path, goals_path).holds
     assert verify(path, goals_path, controller=spec).holds
     (tmp_path / "mine.py").write_text(source + "\nraise SystemExit\n")
-    assert "not the one tested" in " ".join(verify(path, goals_path).notes)
+    assert "not the one that was tested" in " ".join(verify(path, goals_path).notes)
     asked = verify(path, goals_path, controller=spec)
     assert not asked.holds
-    assert "not the one tested" in asked.faults[0]
+    assert "not the one that was tested" in asked.faults[0]
     (tmp_path / "mine.py").unlink()
-    assert "is not here" in " ".join(verify(path, goals_path).notes)
+    assert "not found, so its hash was not checked" in " ".join(verify(path, goals_path).notes)
     with pytest.raises(ControllerError, match="controller file not found"):
         verify(path, goals_path, controller=spec)
     assert not verify(honest, goals_path, controller="real_d").holds
@@ -257,7 +257,7 @@ def test_altered_goals_are_not_the_goals(
     poses[0, 0] = np.nextafter(poses[0, 0], 9)
     others = (*goals.goals[:2], dataclasses.replace(goals.goals[2], final_poses=poses))
     save_goal_set(dataclasses.replace(goals, goals=others), tmp_path / "goals.npy")
-    with pytest.raises(ResultError, match="give its own with --goals"):
+    with pytest.raises(ResultError, match="give its goals with --goals"):
         verify(honest, tmp_path / "goals.npy")
     assert verify(honest, goals_path).holds
 
@@ -267,10 +267,10 @@ def test_altered_goals_are_not_the_goals(
     [
         ({"goals": None}, "not of the shipped ones"),
         ({"jobs": 0}, "--jobs must be at least 1, not 0"),
-        ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "before commands were kept"),
+        ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "it keeps no commands"),
         (
             {"path": EVALUATION / "results/full-scale/real_r-IM-1-seed0-shipped.json"},
-            "cannot be replayed: its macro-actions are of version 1, these of 2",
+            "cannot be replayed: its macro-actions have version 1, this realbench has 2",
         ),
         ({"path": EVALUATION / "README.md"}, "cannot be read"),
         ({"scene": "moon"}, "unknown scene"),
@@ -322,7 +322,7 @@ def test_a_part_of_chosen_goals_does_not_verify(
         verdict = verify(forged(honest, part.to_json()), goals_path)
         assert not verdict.holds
         assert "are not those that a test of" in verdict.faults[0]
-    assert "only 2 of the 3 goals were asked for" in verify(honest, goals_path).notes
+    assert "only 2 of 3 goals were asked for" in verify(honest, goals_path).notes
 
 
 def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
@@ -330,7 +330,7 @@ def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
     verdict = verify(altered(honest, place, lambda _: "3.0.0 by me"), goals_path)
     assert "pybullet was 3.0.0 by me, here it is" in verdict.notes[0]
     assert verdict.holds
-    with pytest.raises(ResultError, match="letters that can be printed"):
+    with pytest.raises(ResultError, match="a name must be printable"):
         verify(altered(honest, place, lambda _: "3.0.0\nby me"), goals_path)
 
 
@@ -338,7 +338,7 @@ def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
     """The same commands might have been chosen from images; docs/verification.md says so."""
     assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
     joints = altered(honest, ("setting", "condition"), lambda _: "OJ")
-    with pytest.raises(ResultError, match="its joints are of version 2, these of 1"):
+    with pytest.raises(ResultError, match="its joints have version 2, this realbench has 1"):
         verify(joints, goals_path)
     assert not verify(
         altered(joints, ("setting", "control_version"), lambda _: 1), goals_path

@@ -70,7 +70,7 @@ def test_a_recording_verifies_until_it_is_altered(place: Path) -> None:
         (("score.json",), 1, "not of the shipped ones"),
         (("score.json", "--steps", "5"), 2, "--steps is not for a result"),
         (("run.h5", "--goals", "goals.npy"), 2, "--goals is not for a recording"),
-        ((str(EVALUATION / "results" / "real_r-OM-1.json"),), 1, "before commands were kept"),
+        ((str(EVALUATION / "results" / "real_r-OM-1.json"),), 1, "it keeps no commands"),
     ],
 )
 def test_what_cannot_be_verified_is_told_in_one_line(

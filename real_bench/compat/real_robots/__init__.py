@@ -1,4 +1,4 @@
-"""The names of the official package real-robots 0.1.21 that users import, done by realbench."""
+"""The names of the official package real-robots 0.1.21 that users import, by realbench."""
 
 from real_bench.compat.registration import register
 
@@ -11,7 +11,7 @@ register()
 
 
 def __getattr__(name: str) -> object:
-    """The environments bring the simulation with them: they are imported when they are needed."""
+    """Import environments, and with them the simulation, only when they are needed."""
     if name == "envs":
         from . import envs
 

@@ -54,7 +54,7 @@ HANGS = ("hang", "hang_in_a_loop", "ask_on_and_on", "announce_and_fall_silent")
 LIES = {
     "say_garbage": "refused: it declares",
     "announce_much": "refused: it declares",
-    "speak_out_of_turn": "refused: it answers what was not asked",
+    "speak_out_of_turn": "refused: it answered a question that was not asked",
     "answer_twice": "bad action: an action was expected",
     "blame_with_control_letters": r"RuntimeError: .\[2J red and more",
 }
