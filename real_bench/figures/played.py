@@ -59,6 +59,7 @@ class Play:
         header: of the recording.
         ended_at: after how many steps each action ended, (n,).
         displacements: how far each action moved each object, (n, n_objects) metres.
+        raised: how much higher each action left each object, (n, n_objects) metres.
         positions: of the objects in every state, (m, n_objects, 3) metres.
         logged: what its controller logged (see ``Recording.logged``).
         places: x, y of the objects before and after the k actions: what REAL-D plans with.
@@ -73,6 +74,7 @@ class Play:
     header: Header
     ended_at: NDArray[np.int64]
     displacements: NDArray[np.float64]
+    raised: NDArray[np.float64]
     positions: NDArray[np.float64]
     logged: NDArray[Any]
     places: Triplets
@@ -126,6 +128,7 @@ def read_play(path: Path, label: str, options: FigureOptions) -> Play:
             header=header,
             ended_at=ended_at,
             displacements=recording.displacements()[: len(experience)],
+            raised=positions[rows["outcome"], :, 2] - positions[rows["precondition"], :, 2],
             positions=positions,
             logged=logged[logged["step"] <= (ended_at[-1] if len(ended_at) else 0)],
             places=planar(positions, before, after),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from real_bench.figures import (
     action_lengths,
     coverage,
+    discoveries,
     displacements,
     effective_actions,
     latent_distances,
@@ -78,6 +79,12 @@ FIGURES = (
         "(hollow: of fewer than 500 actions)",
         "a recording with an action",
         displacements.draw,
+    ),
+    FigureKind(
+        "discoveries",
+        "What play discovers, and when: actions that moved an object, moved it far, left it higher",
+        "a recording with an action",
+        discoveries.draw,
     ),
     FigureKind(
         "score-by-length",

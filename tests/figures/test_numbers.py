@@ -90,6 +90,22 @@ def test_displacements_by_period(material: FigureData) -> None:
     assert told["until_step"].tolist() == [500_000, 750_000]
 
 
+def test_discoveries_by_period(material: FigureData) -> None:
+    n = 750
+    made = replace(
+        play(material, "pushed"),
+        displacements=np.column_stack([np.full(n, 0.02), np.where(np.arange(n) < 100, 0.3, 0)]),
+        raised=np.column_stack([np.full(n, -0.1), np.where(np.arange(n) < 500, 0, 0.1)]),
+        ended_at=1000 * np.arange(1, n + 1),
+    )
+    told = numbers("discoveries", FigureData((made,)))
+    assert told["until_step"].tolist() == [500_000, 750_000]
+    assert told["actions"].tolist() == [500, 250]
+    assert told["moved"].tolist() == [1, 1]
+    assert told["far"].tolist() == [0.2, 0]
+    assert told["raised"].tolist() == [0, 1]
+
+
 def test_scores_of_goals_are_means_of_repeated_tests(material: FigureData) -> None:
     told = numbers("score-by-goal", material)
     who = np.char.add(told["controller"], told["condition"])

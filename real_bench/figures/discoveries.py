@@ -1,0 +1,74 @@
+"""What play discovers and when: objects moved, moved far, raised."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.analysis import ACTIONS_A_PERIOD, NEAR_M
+from real_bench.figures import style
+from real_bench.figures.drawing import Column, Drawing, Numbers
+from real_bench.recording import MOVED_M
+
+if TYPE_CHECKING:
+    from real_bench.figures.data import FigureData
+    from real_bench.figures.played import Play
+
+HEIGHT_CM = 5.6
+RAISED_M = 0.05
+"""Half the way from the table up to the shelf."""
+
+PANELS = {
+    "moved": f"moved by {100 * MOVED_M:.0f} cm",
+    "far": f"moved by {100 * NEAR_M[1]:.0f} cm",
+    "raised": f"left {100 * RAISED_M:.0f} cm higher",
+}
+
+
+def draw(material: FigureData) -> Drawing | None:
+    """A panel per discovery, all recordings together; periods of fewer actions only as numbers."""
+    plays = [play for play in material.plays if len(play.displacements)]
+    if not plays:
+        return None
+    tables = [({"recording": play.label}, _rows(play)) for play in plays]
+    with style.in_style():
+        figure, panels = style.panels(len(PANELS), HEIGHT_CM)
+        lines = []
+        for number, (play, (_, rows)) in enumerate(zip(plays, tables, strict=True)):
+            sign = style.sign(number)
+            whole = np.asarray(rows["actions"]) == ACTIONS_A_PERIOD
+            whole |= not whole.any()
+            steps = np.asarray(rows["until_step"])[whole] / style.MILLION
+            form = sign.line + (sign.marker if len(steps) < 2 else "")
+            for name, panel in zip(PANELS, panels, strict=True):
+                shares = np.asarray(rows[name])[whole]
+                drawn = panel.plot(steps, shares, form, color=sign.colour, label=play.label)
+            lines += drawn
+        for title, panel in zip(PANELS.values(), panels, strict=True):
+            panel.set_title(title)
+            panel.set_xlabel("step of the intrinsic phase (millions)")
+            panel.set_xlim(left=0)
+            panel.set_ylim(bottom=0)
+        panels[0].set_ylabel(f"share of {ACTIONS_A_PERIOD} actions")
+        style.legend_below(figure, lines)
+    return Drawing(figure, Numbers.stacked(tables))
+
+
+def _rows(play: Play) -> dict[str, Column]:
+    """One row per period of actions; the last one may be shorter."""
+    n = len(play.displacements)
+    starts = np.arange(0, n, ACTIONS_A_PERIOD)
+    ends = np.minimum(starts + ACTIONS_A_PERIOD, n)
+
+    def share(happened: NDArray[np.bool_]) -> NDArray[np.float64]:
+        return np.add.reduceat(happened.any(axis=1), starts, dtype=np.int64) / (ends - starts)
+
+    return {
+        "until_step": play.ended_at[ends - 1],
+        "actions": ends - starts,
+        "moved": share(play.displacements > MOVED_M),
+        "far": share(play.displacements > NEAR_M[1]),
+        "raised": share(play.raised > RAISED_M),
+    }
