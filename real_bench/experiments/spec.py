@@ -248,7 +248,7 @@ def _check_it_fits(cell: Cell, play: Play) -> None:
     if learns.control != played.control:
         raise ValueError(f"{link}: it needs a play in {learns.name}")
     if learns.sees_objects and not played.sees_objects:
-        raise ValueError(f"{link}without seeing positions: it needs a play in {learns.name}")
+        raise ValueError(f"{link} without seeing positions: it needs a play in {learns.name}")
 
 
 def _short(controller: str) -> str:

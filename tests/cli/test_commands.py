@@ -133,7 +133,7 @@ def test_pictures_and_films_of_trials(workplace: Path) -> None:
 
 def test_a_part_of_the_goals_is_told_as_a_part(workplace: Path) -> None:
     part = ["extrinsic", "--goals", "goals.npy", "--trials", "1", "--out", "part.json"]
-    assert "a part: 1 of 2 goals" in realbench(workplace, *part).stdout
+    assert "a part: only 1 of 2 goals" in realbench(workplace, *part).stdout
     told = json.loads(realbench(workplace, "inspect", "part.json", "--json").stdout)
     assert (told["goals_tested"], told["complete"]) == ("1 of 2 goals", False)
     refused = realbench(workplace, "score", "part.json", "--goals", "goals.npy", code=3)

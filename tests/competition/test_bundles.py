@@ -212,7 +212,7 @@ def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
 def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     shutil.copy(honest / "run2.h5", place / "run.h5")
-    assert "run.h5 is not what it learned from" in verdict(place, honest)["detail"]
+    assert "run.h5 is not the recording it learned from" in verdict(place, honest)["detail"]
     place = bundle("second")
     shutil.copy(honest / "score2.json", place / "score.json")
     shutil.copy(honest / "run2.h5", place / "run.h5")

@@ -84,7 +84,7 @@ def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -
                 "plays": {"blind": {**RANDOM, "condition": "IM"}},
                 "cells": [{**RANDOM, "play": "blind"}],
             },
-            "no positions are seen: it needs a play in OM",
+            "played in IM without seeing positions: it needs a play in OM",
         ),
         ({"cells": [{"condition": "OM"}]}, "controller"),
         ({"cells": ["real_r"]}, "cells"),

@@ -150,7 +150,7 @@ def test_too_many_objects_are_refused(scene):
 
 def test_a_region_without_room_is_an_error(scene):
     narrow = with_region(scene, table_low=(-0.1, -0.05), table_high=(0.0, 0.05))
-    with pytest.raises(GoalSetError, match=r"has no 2D goal for 1 objects .* no room"):
+    with pytest.raises(GoalSetError, match=r"has no 2D goal for 1 object .* no room"):
         generate_goal_set(narrow, 1, 0, {"2D": 1})
 
 

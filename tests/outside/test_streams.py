@@ -142,7 +142,7 @@ def test_what_a_file_cannot_tell_is_one_line_before_any_work(odd: Path, asked: s
     fault = after_first_line(done.stderr)
     assert fault.count("\n") == 1
     assert fault.startswith("realbench: error: a re")
-    assert "another name" in fault
+    assert "rename" in fault
     assert not list(odd.glob("new.*"))
 
 

@@ -265,7 +265,7 @@ def test_altered_goals_are_not_the_goals(
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        ({"goals": None}, "not of the shipped ones"),
+        ({"goals": None}, "not on the shipped ones"),
         ({"jobs": 0}, "--jobs must be at least 1, not 0"),
         ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "it keeps no commands"),
         (

@@ -67,7 +67,7 @@ def test_a_recording_verifies_until_it_is_altered(place: Path) -> None:
         (("none.json",), 1, "result not found: none.json"),
         (("none.h5",), 1, "recording not found: none.h5"),
         (("goals.npy",), 1, "goals.npy cannot be read"),
-        (("score.json",), 1, "not of the shipped ones"),
+        (("score.json",), 1, "not on the shipped ones"),
         (("score.json", "--steps", "5"), 2, "--steps is not for a result"),
         (("run.h5", "--goals", "goals.npy"), 2, "--goals is not for a recording"),
         ((str(EVALUATION / "results" / "real_r-OM-1.json"),), 1, "it keeps no commands"),
