@@ -19,5 +19,5 @@ def test_the_table_shows_every_class_and_the_total(result: Result) -> None:
     assert cells["2D"] == ["2", "1.250", "0.500 to 2.000", "0.050", "50%", "10.0"]
     assert cells["3D"] == ["1", "0.125", "-", "0.200", "0%", "10.0"]
     assert cells["total"][:2] == ["3 of 4", "0.875"]
-    assert "a part: 3 of 4 goals of the set" in text
+    assert "a part: only 3 of 4 goals of the set" in text
     assert "real_r in REAL_OM, 2 objects, scene builtin, without play" in text
