@@ -131,7 +131,9 @@ def test_a_forged_step(name: str) -> None:
 
 @pytest.mark.parametrize("name", STATES)
 def test_a_forged_state(name: str) -> None:
-    with pytest.raises(ControllerError, match=r"controller forged: its process (hands|did not hand) over"):
+    with pytest.raises(
+        ControllerError, match=r"controller forged: its process (hands|did not hand) over"
+    ):
         toy(STATES[name]).get_state()
 
 
