@@ -18,6 +18,7 @@ from real_bench.recording import MOVED_M
 from real_bench.scoring.result import Result
 
 Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
 
 NEAR_M = (0.01, 0.20)
 """The range of distances in which the paper takes a second look."""
@@ -126,18 +127,30 @@ def levels_below(abstraction: DynamicAbstraction, length: float) -> NDArray[np.i
     return np.asarray((abstraction.thresholds < length).sum(axis=0), np.int64)
 
 
-def moves_by_period(displacements: Floats, period: int = ACTIONS_A_PERIOD) -> NDArray[np.int64]:
+def moves_by_period(displacements: Floats, period: int = ACTIONS_A_PERIOD) -> Counts:
     """How many actions of each period moved an object by more than 1 cm, (ceil(n / period),).
 
     Args:
         displacements: (n, n_objects) metres.
         period: actions per period; the last one may be shorter.
     """
+    return count_by_period(displacements > MOVED_M, period)
+
+
+def count_by_period(happened: NDArray[np.bool_], period: int = ACTIONS_A_PERIOD) -> Counts:
+    """In how many actions of each period something happened to an object, (ceil(n / period),).
+
+    Args:
+        happened: to each object in each action, (n, n_objects).
+        period: actions per period; the last one may be shorter.
+    """
     if period < 1:
         raise RealBenchError(f"a period must have at least 1 action, not {period}")
-    moved = displacements.max(axis=1, initial=0.0) > MOVED_M
-    starts = np.arange(0, len(moved), period)
-    return np.add.reduceat(moved, starts, dtype=np.int64) if len(moved) else np.zeros(0, np.int64)
+    in_action = np.asarray(happened.any(axis=1))
+    starts = np.arange(0, len(in_action), period)
+    if not len(starts):
+        return np.zeros(0, np.int64)
+    return np.add.reduceat(in_action, starts, dtype=np.int64)
 
 
 def scores_by_goal(results: Sequence[Result]) -> tuple[tuple[str, ...], Floats]:

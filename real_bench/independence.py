@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -43,8 +44,8 @@ def _is_in(file: Path, place: Path) -> bool:
     """Whether a file is code in a place; a virtual environment below it holds other people's."""
     if not file.is_relative_to(place):
         return False
-    inside = len(file.parents) - len(place.parents)
-    return file == place or not any(map(is_left_out, file.parents[: inside - 1]))
+    folders = takewhile(lambda folder: folder != place, file.parents)
+    return file == place or not any(map(is_left_out, folders))
 
 
 def _shared_places(module: ModuleType) -> Iterator[tuple[str, Any]]:

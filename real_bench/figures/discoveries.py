@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from real_bench.analysis import ACTIONS_A_PERIOD, NEAR_M
+from real_bench.analysis import ACTIONS_A_PERIOD, NEAR_M, count_by_period
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
 from real_bench.recording import MOVED_M
@@ -58,17 +57,11 @@ def draw(material: FigureData) -> Drawing | None:
 
 def _rows(play: Play) -> dict[str, Column]:
     """One row per period of actions; the last one may be shorter."""
-    n = len(play.displacements)
-    starts = np.arange(0, n, ACTIONS_A_PERIOD)
-    ends = np.minimum(starts + ACTIONS_A_PERIOD, n)
-
-    def share(happened: NDArray[np.bool_]) -> NDArray[np.float64]:
-        return np.add.reduceat(happened.any(axis=1), starts, dtype=np.int64) / (ends - starts)
-
-    return {
-        "until_step": play.ended_at[ends - 1],
-        "actions": ends - starts,
-        "moved": share(play.displacements > MOVED_M),
-        "far": share(play.displacements > NEAR_M[1]),
-        "raised": share(play.raised > RAISED_M),
+    until, sizes = play.periods()
+    happened = {
+        "moved": play.displacements > MOVED_M,
+        "far": play.displacements > NEAR_M[1],
+        "raised": play.raised > RAISED_M,
     }
+    shares = {name: count_by_period(each) / sizes for name, each in happened.items()}
+    return {"until_step": until, "actions": sizes, **shares}

@@ -46,10 +46,9 @@ def draw(material: FigureData) -> Drawing | None:
 
 def _rows(play: Play) -> dict[str, Column]:
     """One row per period."""
-    moves = moves_by_period(play.displacements)
-    ends = np.minimum(ACTIONS_A_PERIOD * np.arange(1, len(moves) + 1), len(play.displacements))
+    until, sizes = play.periods()
     return {
-        "until_step": play.ended_at[ends - 1],
-        "actions": np.diff(ends, prepend=0),
-        "displacements": moves,
+        "until_step": until,
+        "actions": sizes,
+        "displacements": moves_by_period(play.displacements),
     }

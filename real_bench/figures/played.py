@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.analysis import planar
+from real_bench.analysis import count_by_period, planar
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError, SceneError
 from real_bench.figures.labels import distinct
@@ -81,6 +81,15 @@ class Play:
     sight: LatentCodes | None
     levels: int
     region: GoalRegion | None
+
+    def periods(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """After how many steps each period of actions ended, and how many actions it has.
+
+        The last period may be shorter than the others.
+        """
+        n = len(self.displacements)
+        sizes = count_by_period(np.ones((n, 1), bool))
+        return self.ended_at[sizes.cumsum() - 1], sizes
 
     def abstraction(self, triplets: Triplets) -> DynamicAbstraction:
         """The levels of abstraction of its places, or codes."""

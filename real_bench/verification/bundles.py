@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ def _bundles(folder: Path, unpacked: Path) -> Iterator[Bundle]:
 
 def _unpacked(archive: Path, folder: Path) -> Path | None:
     """The submission in an archive, in a new folder; None where it holds none."""
-    place = folder / str(len(list(folder.iterdir()))) / archive.stem
+    place = Path(tempfile.mkdtemp(dir=folder)) / archive.stem
     try:
         return submitted(archive, place)
     except SubmissionError as error:

@@ -92,8 +92,8 @@ def _away(numbers: Array, other: Array) -> float:
 
 
 def test_now_and_then_a_number_is_anywhere_while_the_others_stay() -> None:
-    deed = HAND
-    memory, random = DeedMemory(Relation(deed)), np.random.default_rng(0)
+    deed, random = HAND, np.random.default_rng(0)
+    memory = DeedMemory(Relation(deed))
     row, numbers = rows(1)[0], (deed.low + deed.high) / 2
     for _ in range(30):
         memory.did(row, numbers, 0.0)

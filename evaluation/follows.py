@@ -1,0 +1,92 @@
+"""How well the object follows the hand in plays of REAL-G: numbers of docs/real_g.md.
+
+    python evaluation/follows.py oc201.h5 oc202.h5
+
+For each 500 actions: the share that moved the first object by more than 1 cm. Of those in which the
+hand went more than 15 cm: the share after which the object lay within 5 cm of where it would be had
+it followed (followed), and the share in which the hand also rose by more than 5 cm before it went
+(carried). Of those that were to bring it from the table to the shelf: how many did.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from real_bench.conditions import Condition
+from real_bench.real_g.hand import Hand, deed_of
+from real_bench.real_g.relation import Relation
+from real_bench.recording import MOVED_M, Experience, Recording
+from real_bench.simulation import load_scene
+from real_bench.spaces import action_space
+
+PERIOD = 500
+FAR_M, FOLLOWED_M, ROSE_M = 0.15, 0.05, 0.05
+SHELF_X_M, SHELF_Z_M = 0.08, 0.37
+"""Beyond this x lies the shelf of scene official; above this height is what stands on it."""
+
+Array = NDArray[np.float64]
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+def main(files: tuple[Path, ...]) -> None:
+    """Print a table for each recording."""
+    for file in files:
+        Console(width=100).print(table(file))
+
+
+def table(file: Path) -> Table:
+    """A row for each 500 actions."""
+    numbers, before, after, hand = read(file)
+    relation = Relation(hand)
+    way = relation.way(numbers)
+    moved = np.linalg.norm(after[:, :3] - before[:, :3], axis=1) > MOVED_M
+    far = np.linalg.norm(way, axis=1) > FAR_M
+    to = before[:, :2] + way
+    followed = np.linalg.norm(after[:, :2] - to, axis=1) < FOLLOWED_M
+    _, _, _, _, height, *_, rise = numbers[:, :10].T
+    rose = rise * (hand.high[4] - height) > ROSE_M
+    wanted = (to[:, 0] > SHELF_X_M) & (before[:, 2] < SHELF_Z_M)
+    arrived = wanted & (after[:, 2] > SHELF_Z_M) & (after[:, 2] < 0.6) & (after[:, 0] < 0.3)
+    found = Table(title=file.name)
+    for heading in ("actions", "moved", "followed", "carried", "onto the shelf"):
+        found.add_column(heading, justify="right")
+    for start in range(0, len(numbers), PERIOD):
+        now = slice(start, start + PERIOD)
+        n_far = far[now].sum()
+        found.add_row(
+            f"{start:,} to {min(start + PERIOD, len(numbers)):,}",
+            f"{moved[now].mean():.2f}",
+            f"{(followed & far)[now].sum() / n_far:.2f}",
+            f"{(followed & far & rose)[now].sum() / n_far:.2f}",
+            f"{arrived[now].sum()} of {wanted[now].sum()}",
+        )
+    found.caption = f"onto the shelf, all in all: {arrived.sum()} of {wanted.sum()}"
+    return found
+
+
+def read(file: Path) -> tuple[Array, Array, Array, Hand]:
+    """Numbers of all actions, and the first object's rows before and after them."""
+    with Recording(file) as recording:
+        header = recording.header
+        poses, rows = recording.object_poses[:, 0], recording.transitions
+    condition = Condition.parse(header.condition)
+    hand = deed_of(action_space(load_scene(header.scene_source), condition))
+    if not isinstance(hand, Hand):
+        raise click.UsageError(f"{file}: nothing is carried in {condition.name}")
+    experience = Experience(file, Condition("I", condition.control))
+    numbers = [hand.numbers(experience.action(number)) for number in range(len(experience))]
+    known = [number is not None for number in numbers]
+    given = np.array([number for number in numbers if number is not None])
+    rows = rows[: len(experience)][known]
+    return given, poses[rows["precondition"]], poses[rows["outcome"]], hand
+
+
+if __name__ == "__main__":
+    main()
