@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,11 @@ TOUCHES = (
     "    pathlib.Path(__file__).with_name('touched').touch()",
 )
 """Lines that leave a trace in their folder, where they are let."""
+
+
+def heed_ctrl_c() -> None:
+    """In a new process, before its command: a background shell hands down an ignored SIGINT."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def realbench(

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from real_bench.recording import Recording
 from real_bench.watching import follow, read_status
 from real_bench.watching.curves import ASCII, BLOCKS, curve, in_bins
-from tests.cli.shell import COMMAND, realbench
+from tests.cli.shell import COMMAND, heed_ctrl_c, realbench
 from tests.phases.conftest import toy
 from tests.recording.bench import realbench as command
 from tests.recording.bench import recorded_steps, start, wait_for
@@ -69,7 +69,7 @@ def test_a_play_that_is_killed_is_told_as_stopped(tmp_path: Path) -> None:
 def test_ctrl_c_ends_watching_and_not_the_play(tmp_path: Path) -> None:
     play = start(command(*PLAY, "--steps", 15_000_000, eager=True), tmp_path)
     wait_for(play, lambda: recorded_steps(tmp_path / "run.h5") > 0)
-    watch = start(command("watch"), tmp_path)
+    watch = start(command("watch"), tmp_path, heed_ctrl_c)
     assert watch.stdout is not None
     assert watch.stdout.readline().startswith("playing: ")
     watch.send_signal(signal.SIGINT)

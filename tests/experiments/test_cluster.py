@@ -18,7 +18,7 @@ from real_bench.experiments import Spec
 from real_bench.experiments import cluster as clusters
 from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
-from tests.cli.shell import COMMAND, realbench
+from tests.cli.shell import COMMAND, heed_ctrl_c, realbench
 from tests.experiments.conftest import WriteSpec
 
 pytest.importorskip("distributed", reason="the extra real-bench[cluster] is not installed")
@@ -100,8 +100,7 @@ def test_whoever_stops_leaves_no_work_behind(
         [str(COMMAND), "table", str(path), "--scheduler", cluster.address],
         stderr=subprocess.PIPE,
         text=True,
-        # a background shell hands down an ignored SIGINT
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=heed_ctrl_c,
     )
     _until(lambda: _children(cluster.workers[0].pid))
     process.send_signal(signal.SIGINT)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from real_bench.goal_sets import shipped_goal_set
-from tests.cli.shell import COMMAND, TOUCHES, realbench, write_controller
+from tests.cli.shell import COMMAND, TOUCHES, heed_ctrl_c, realbench, write_controller
 from tests.experiments.conftest import WriteSpec
 
 
@@ -65,8 +65,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Pat
         [str(COMMAND), "table", str(path)],
         stderr=subprocess.PIPE,
         text=True,
-        # a background shell hands down an ignored SIGINT
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        preexec_fn=heed_ctrl_c,
     )
     end = time.monotonic() + 60
     while not list((tmp_path / "results").glob("*.h5")) and time.monotonic() < end:
