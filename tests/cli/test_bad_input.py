@@ -103,12 +103,12 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--resume", "--steps", "10"), "already holds 1,000 steps, 10 were asked for"),
     ],
 )
-def test_intrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
+def test_intrinsic_refuses_bad_input(place: Path, arguments: tuple[str, ...], message: str) -> None:
     out = () if {"--out", "--resume"} & set(arguments) else ("--out", "new.h5")
     assert message in refusal(place, *PLAY, *arguments, *out, code=3 if arguments in BAD else 1)
 
 
-def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
+def test_existing_recording_is_not_overwritten(place: Path) -> None:
     refused = refusal(place, *PLAY, "--controller", "real_r")
     assert "run.h5 exists: use --resume or --overwrite" in refused
 
@@ -136,21 +136,21 @@ def test_a_recording_is_not_overwritten_unasked(place: Path) -> None:
         (("--goals", "goals.npy", "--controller", "raising.py"), "no such luck"),
     ],
 )
-def test_extrinsic(place: Path, arguments: tuple[str, ...], message: str) -> None:
+def test_extrinsic_refuses_bad_input(place: Path, arguments: tuple[str, ...], message: str) -> None:
     assert message in refusal(place, *TEST, *arguments, code=3 if BAD[1][1] in arguments else 1)
 
 
-def test_goals_of_another_scene(place: Path, official_scene: Scene) -> None:
+def test_goals_of_another_scene_are_refused(place: Path, official_scene: Scene) -> None:
     shipped = refusal(place, *TEST, "--goals", str(shipped_goal_set(1)))
     assert "the goals were made in scene official" in shipped
 
 
 @pytest.mark.parametrize("file", ["cut.h5", "text.h5", "none.h5", "none.json", "none.npy"])
-def test_inspect(place: Path, file: str) -> None:
+def test_inspect_refuses_missing_and_unreadable_files(place: Path, file: str) -> None:
     assert file in refusal(place, "inspect", file)
 
 
-def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
+def test_missing_controller_is_reported(tmp_path: Path) -> None:
     done = realbench(tmp_path, "intrinsic", code=1)
     assert "no controller given (try --controller real_r)" in done.stderr
 
@@ -166,7 +166,7 @@ def test_a_missing_controller_is_asked_for(tmp_path: Path) -> None:
         ("quits", "raise SystemExit(0)", "SystemExit"),
     ],
 )
-def test_a_controller_that_fails_keeps_what_was_recorded(
+def test_failing_controller_keeps_what_was_recorded(
     tmp_path: Path, name: str, body: str, message: str
 ) -> None:
     text = (
@@ -190,7 +190,7 @@ def test_a_controller_that_fails_keeps_what_was_recorded(
     assert not list(tmp_path.glob(".*"))
 
 
-def test_a_controller_that_fails_at_once_costs_no_recording(tmp_path: Path) -> None:
+def test_controller_failing_at_once_leaves_recordings_untouched(tmp_path: Path) -> None:
     write_controller(tmp_path / "typo.py", "def next_action(self, observation): return self.randm")
     play = ["--condition", "OM", "--scene", "builtin", "--steps", "2000"]
     assert (

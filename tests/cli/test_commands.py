@@ -84,7 +84,7 @@ def test_the_command_line_imports_nothing_heavy() -> None:
     assert done.stderr.strip() == "[]"
 
 
-def test_the_shortest_forms_make_a_score_table(workplace: Path) -> None:
+def test_shortest_commands_print_a_score_table(workplace: Path) -> None:
     table = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite").stdout
     for word in ("real_r", "REAL_OM", "builtin", "2D", "total", "95% over goals"):
         assert word in table
@@ -104,7 +104,7 @@ def test_inspect_says_what_is_in_a_file(workplace: Path, file: str, facts: dict[
     assert "scene" in realbench(workplace, "inspect", file).stdout
 
 
-def test_json_is_all_that_is_printed(workplace: Path) -> None:
+def test_json_option_prints_only_json(workplace: Path) -> None:
     printed = realbench(workplace, "extrinsic", "--goals", "goals.npy", "--overwrite", "--json")
     told = json.loads(printed.stdout)
     summary = told.pop("summary")
@@ -115,7 +115,7 @@ def test_json_is_all_that_is_printed(workplace: Path) -> None:
     ]
 
 
-def test_what_was_tested_and_played_can_be_proved(workplace: Path) -> None:
+def test_result_and_recording_verify(workplace: Path) -> None:
     arguments = ["score.json", "--goals", "goals.npy", "--run", "run.h5", "--controller", "real_r"]
     proved = realbench(workplace, "verify", *arguments).stdout
     assert "verified: 2 of 2 trials replay bit for bit" in proved
@@ -123,7 +123,7 @@ def test_what_was_tested_and_played_can_be_proved(workplace: Path) -> None:
     assert "3,000 of 3,000 steps" in realbench(workplace, "verify", "run.h5").stdout
 
 
-def test_pictures_and_films_of_trials(workplace: Path) -> None:
+def test_extrinsic_writes_pictures_and_films_of_trials(workplace: Path) -> None:
     arguments = ["--goals", "goals.npy", "--out", "filmed.json", "--trials", "1"]
     realbench(workplace, "extrinsic", *arguments, "--pictures", "pictures", "--video", "films")
     with Image.open(workplace / "pictures" / "trial-00.png") as picture:
@@ -131,7 +131,7 @@ def test_pictures_and_films_of_trials(workplace: Path) -> None:
     assert (workplace / "films" / "trial-00.mp4").stat().st_size > 10_000
 
 
-def test_a_part_of_the_goals_is_told_as_a_part(workplace: Path) -> None:
+def test_result_on_part_of_the_goals_is_marked_as_a_part(workplace: Path) -> None:
     part = ["extrinsic", "--goals", "goals.npy", "--trials", "1", "--out", "part.json"]
     assert "a part: only 1 of 2 goals" in realbench(workplace, *part).stdout
     told = json.loads(realbench(workplace, "inspect", "part.json", "--json").stdout)
@@ -141,7 +141,7 @@ def test_a_part_of_the_goals_is_told_as_a_part(workplace: Path) -> None:
     realbench(workplace, "score", "part.json", "--goals", "goals.npy", "--allow-part")
 
 
-def test_both_phases_in_one_process(workplace: Path) -> None:
+def test_evaluate_runs_both_phases(workplace: Path) -> None:
     (workplace / "pusher.py").write_text(CLASS_API)
     arguments = ["evaluate", "--controller", "pusher.py", "--condition", "OM"]
     arguments += ["--scene", "builtin", "--steps", "2000", "--goals", "goals.npy", "--trials", "1"]
@@ -159,7 +159,7 @@ def test_scenes_are_listed() -> None:
     assert "builtin: ready" in realbench(Path(), "scene", "list").stdout
 
 
-def test_a_default_recording_that_does_not_fit_is_not_used(
+def test_default_recording_that_does_not_fit_is_ignored(
     workplace: Path, builtin_scene: Scene
 ) -> None:
     save_goal_set(tiny_goals(builtin_scene, n_objects=2), workplace / "two.npy")

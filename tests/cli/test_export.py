@@ -72,7 +72,7 @@ def test_csv_has_every_number_to_the_last_digit(place: Path, name: str, tmp_path
 
 
 @pytest.mark.parametrize("name", ["my run", "joints", "old"])
-def test_parquet_is_the_same_table_to_pandas(place: Path, name: str, tmp_path: Path) -> None:
+def test_pandas_reads_the_same_table_from_parquet(place: Path, name: str, tmp_path: Path) -> None:
     pandas = pytest.importorskip("pandas")
     realbench(place, "export", f"{name}.h5", "--to", "parquet", "--out", tmp_path)
     for table, rows in expected(place / f"{name}.h5").items():
@@ -101,7 +101,7 @@ def with_minari() -> None:
 
 
 @pytest.mark.usefixtures("with_minari")
-def test_a_minari_dataset_is_read_by_minari(
+def test_minari_reads_the_exported_dataset(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done = realbench(place, "export", "my run.h5", "--to", "minari", "--out", tmp_path)
@@ -136,7 +136,7 @@ def test_a_minari_dataset_is_read_by_minari(
 
 
 @pytest.mark.usefixtures("with_minari")
-def test_actions_of_many_commands_and_small_images(
+def test_minari_export_of_joint_actions_and_resized_images(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     realbench(place, "export", "joints.h5", "--to", "minari", "--image-size", "40x30",
@@ -154,7 +154,7 @@ def test_actions_of_many_commands_and_small_images(
 
 
 @pytest.mark.usefixtures("with_minari")
-def test_a_long_episode_is_written_in_pieces(
+def test_episode_written_in_pieces_equals_one_written_whole(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from real_bench.exporting import FORMATS, Export, minari
@@ -176,7 +176,7 @@ def test_a_long_episode_is_written_in_pieces(
 
 
 @pytest.mark.usefixtures("with_minari")
-def test_nothing_is_replaced_unasked(place: Path, tmp_path: Path) -> None:
+def test_export_is_overwritten_only_on_request(place: Path, tmp_path: Path) -> None:
     for form in ("csv", "minari"):
         realbench(place, "export", "my run.h5", "--to", form, "--out", tmp_path)
         again = realbench(place, "export", "my run.h5", "--to", form, "--out", tmp_path, code=1)
@@ -207,7 +207,7 @@ def test_nothing_is_replaced_unasked(place: Path, tmp_path: Path) -> None:
         (("my run.h5", "--out", "my run.h5"), 1, "cannot write into my run.h5"),
     ],
 )
-def test_what_cannot_be_exported_is_one_line(
+def test_bad_export_arguments_give_a_one_line_error(
     place: Path, arguments: tuple[str, ...], code: int, complaint: str
 ) -> None:
     done = realbench(place, "export", *arguments, code=code)
@@ -215,7 +215,7 @@ def test_what_cannot_be_exported_is_one_line(
     assert done.stderr.count("\n") == 1
 
 
-def test_a_library_that_is_missing_is_named(
+def test_missing_library_is_named(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for module in ("minari", "pyarrow", "tensorboard"):
@@ -233,7 +233,7 @@ def test_a_library_that_is_missing_is_named(
     assert not [path for path in tmp_path.iterdir() if path.is_dir() and path.name in "abc"]
 
 
-def test_a_library_that_is_too_old_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_outdated_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("real_bench.extras.version", lambda _: "0.5.3")
     with pytest.raises(MissingExtraError, match=r"needs json 0\.5\.4, and 0\.5\.3 is installed"):
         extra("json.decoder", "minari", LOWEST)

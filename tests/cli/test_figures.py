@@ -50,7 +50,7 @@ def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
 
-def test_every_figure_is_made_and_made_alike(place: Path) -> None:
+def test_every_figure_is_drawn_reproducibly(place: Path) -> None:
     files = ("all.json", "run.h5", "half.json")
     done = realbench(place, "figures", *files, *FAST, "--out", "one")
     realbench(place, "figures", *files[::-1], *FAST, "--out", "sub/two", "--json")
@@ -71,7 +71,7 @@ def test_every_figure_is_made_and_made_alike(place: Path) -> None:
     assert "VAE: epoch 5 of 5" in done.stderr
 
 
-def test_results_alone_and_what_the_others_need(place: Path) -> None:
+def test_figures_of_results_alone_report_what_others_need(place: Path) -> None:
     realbench(place, "figures", "all.json", "half.json", "--out", "scores")
     assert "score-by-length.png" in names(place / "scores")
     again = ("figures", "all.json", "./all.json", "--out", "scores", "--overwrite")
@@ -82,7 +82,7 @@ def test_results_alone_and_what_the_others_need(place: Path) -> None:
     assert names(place / "scores") == made | {"figures.json"}  # nothing old remains
 
 
-def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -> None:
+def test_json_prints_summary_and_skips_incomplete_results(place: Path) -> None:
     done = realbench(place, "figures", "some.json", "all.json", "--out", "left", "--json")
     assert "some.json is not used: it has 1 of 2 trials" in done.stderr
     told = json.loads(done.stdout)
@@ -108,7 +108,7 @@ def test_json_is_the_summary_and_an_incomplete_result_is_left_out(place: Path) -
         (("all.json", "--out", "full"), 1, "full/coverage.csv exists: use --overwrite"),
     ],
 )
-def test_what_is_wrong_is_told_in_one_line(
+def test_bad_input_gives_a_one_line_error(
     place: Path, arguments: tuple[str, ...], code: int, message: str
 ) -> None:
     out = () if "--out" in arguments else ("--out", "new")

@@ -19,7 +19,7 @@ LEARNS = (
 )
 
 
-def test_a_log_gets_a_line_now_and_then(
+def test_log_shows_progress_line_by_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", -1)
@@ -34,13 +34,13 @@ def test_a_log_gets_a_line_now_and_then(
     assert printed.out == ""
 
 
-def test_a_short_piece_of_work_is_silent_in_a_log(capsys: pytest.CaptureFixture[str]) -> None:
+def test_short_work_logs_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     with progress.ProgressDisplay("playing", "steps", 3) as display:
         display.update(1)
     assert capsys.readouterr().err == ""
 
 
-def test_a_log_says_what_a_controller_is_busy_with(
+def test_log_shows_what_a_controller_is_busy_with(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", 0.5)
@@ -61,7 +61,7 @@ def learner(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_a_terminal_says_that_it_learns_in_play_and_in_tests(
+def test_terminal_shows_learning_in_play_and_tests(
     learner: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -73,7 +73,7 @@ def test_a_terminal_says_that_it_learns_in_play_and_in_tests(
         assert "learning, 0:01" in realbench(learner, *test).stderr
 
 
-def test_a_table_says_which_of_its_controllers_learn(
+def test_table_shows_which_controllers_are_learning(
     learner: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
@@ -87,9 +87,7 @@ def test_a_table_says_which_of_its_controllers_learn(
     assert "now learner-OM-1-seed0-few (learning)" in told
 
 
-def test_progress_is_not_shown_to_whom_does_not_want_it(
-    learner: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_progress_option_hides_progress(learner: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "120")
     play = (*PLAY, "--controller", "real_r", "--out")

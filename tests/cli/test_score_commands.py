@@ -33,7 +33,7 @@ def test_compare_takes_files_folders_and_patterns(folder: Path, near: str) -> No
     assert page.count("95% over goals") == 2
 
 
-def test_score_passes_and_fails_by_its_exit_code(folder: Path) -> None:
+def test_exit_code_says_whether_score_passed(folder: Path) -> None:
     realbench(folder, "score", "near", "--min", "0.3", "--baseline", "far.json")
     failed = realbench(folder, "score", "far.json", "--min", "0.3", code=3)
     assert "not passed: minimum: 0.0156, at least 0.3 required" in failed.stderr
@@ -41,7 +41,7 @@ def test_score_passes_and_fails_by_its_exit_code(folder: Path) -> None:
     assert "not worse than the baseline" in done.stderr
 
 
-def test_score_writes_what_ci_shows(folder: Path) -> None:
+def test_score_writes_markdown_and_junit_files(folder: Path) -> None:
     (folder / "summary.md").write_text("# Before\n")
     files = ("--markdown", "summary.md", "--junit", "junit.xml")
     told = json.loads(realbench(folder, "score", "near", *files, "--json").stdout)
@@ -63,7 +63,7 @@ def test_score_writes_what_ci_shows(folder: Path) -> None:
         (".", "no result found in"),
     ],
 )
-def test_nothing_to_read_is_told(tmp_path: Path, named: str, told: str) -> None:
+def test_missing_results_are_reported(tmp_path: Path, named: str, told: str) -> None:
     assert told in realbench(tmp_path, "score", named, code=1).stderr
     assert told in realbench(tmp_path, "compare", named, named, code=1).stderr
 
@@ -99,7 +99,7 @@ def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> Non
     assert load_result(submission / "trusted.json").trials == result.trials
 
 
-def test_a_part_of_the_goals_is_not_all_of_them(submission: Path) -> None:
+def test_testing_part_of_the_goals_needs_allow_part(submission: Path) -> None:
     goals = ("--goals", "goals.npy")
     refused = realbench(submission, "score", *TEST, *goals, "--trials", "1", code=2)
     assert "--trials 1 tests only a part of the 2 goals" in refused.stderr
@@ -114,7 +114,7 @@ def test_a_part_of_the_goals_is_not_all_of_them(submission: Path) -> None:
     assert "not the shipped one" in done.stdout
 
 
-def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> None:
+def test_output_readable_by_the_submission_is_refused(submission: Path) -> None:
     (submission / "package").mkdir()
     (submission / "package" / "__init__.py").touch()
     secret = ("--baseline", "package/best.json")
@@ -137,5 +137,7 @@ def test_what_a_submission_must_not_read_lies_elsewhere(submission: Path) -> Non
         (["far.json", "--no-isolate"], "--isolate is for running a test"),
     ],
 )
-def test_results_or_a_test(folder: Path, arguments: list[str], told: str) -> None:
+def test_score_needs_either_results_or_a_test(
+    folder: Path, arguments: list[str], told: str
+) -> None:
     assert told in realbench(folder, "score", *arguments, code=2).stderr

@@ -30,13 +30,13 @@ def place(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("isolation", ["--no-isolate", "--isolate"])
-def test_a_helper_beside_the_controller_is_named(place: Path, isolation: str) -> None:
+def test_failing_helper_beside_the_controller_is_named(place: Path, isolation: str) -> None:
     told = realbench(place, *PLAY, "--controller", "beside/mine.py", isolation, code=4).stderr
     assert "beside/beside.py, line 2: ZeroDivisionError" in told
     assert "Traceback" not in told
 
 
-def test_a_helper_elsewhere_is_named_beside_its_caller(place: Path) -> None:
+def test_failing_helper_elsewhere_is_named_with_its_caller(place: Path) -> None:
     told = realbench(place, *PLAY, "--controller", "faraway/mine.py", code=4).stderr
     last = told.splitlines()[-1]
     assert "faraway/mine.py, line 5: ZeroDivisionError: division by zero" in last
@@ -44,7 +44,7 @@ def test_a_helper_elsewhere_is_named_beside_its_caller(place: Path) -> None:
 
 
 @pytest.mark.parametrize("isolation", ["--no-isolate", "--isolate"])
-def test_the_whole_way_to_an_error(place: Path, isolation: str) -> None:
+def test_traceback_shows_every_frame_of_an_error(place: Path, isolation: str) -> None:
     play = (*PLAY, "--controller", "beside/mine.py", isolation, "--traceback")
     lines = realbench(place, *play, code=4).stderr.splitlines()
     assert any("beside/mine.py" in line and "line 5" in line for line in lines)
@@ -52,7 +52,7 @@ def test_the_whole_way_to_an_error(place: Path, isolation: str) -> None:
     assert lines[-1].startswith("realbench: error: controller beside/mine.py: next_action() failed")
 
 
-def test_the_way_to_an_error_in_another_process(place: Path) -> None:
+def test_traceback_shows_an_error_in_another_process(place: Path) -> None:
     realbench(place, *PLAY, "--controller", "real_r")
     test = ("extrinsic", "--controller", "beside/mine.py", "--jobs", "2", "--trials", "2")
     realbench(
@@ -64,7 +64,7 @@ def test_the_way_to_an_error_in_another_process(place: Path) -> None:
     assert re.match(r"realbench: error: goal \d: controller beside/mine.py: next_action", last)
 
 
-def test_an_error_without_a_controller_has_a_traceback_where_it_is_asked_for(place: Path) -> None:
+def test_errors_outside_controllers_have_a_traceback_on_request(place: Path) -> None:
     wrong = ("inspect", "none.h5")
     assert "Traceback" not in realbench(place, *wrong, code=1).stderr
     assert "Traceback" in realbench(place, *wrong, "--traceback", code=1).stderr

@@ -54,7 +54,7 @@ def test_a_growing_recording_is_followed_to_its_end(tmp_path: Path) -> None:
         assert told[-1]["share_of_actions_that_moved_an_object"] == recording.share_moved()
 
 
-def test_a_play_that_is_killed_is_told_as_stopped(tmp_path: Path) -> None:
+def test_killed_play_is_reported_as_stopped(tmp_path: Path) -> None:
     play = start(command(*PLAY, "--steps", 15_000_000, eager=True), tmp_path)
     wait_for(play, lambda: recorded_steps(tmp_path / "run.h5") > 0)
     assert read_status(tmp_path / "run.h5").what == "playing"
@@ -66,7 +66,7 @@ def test_a_play_that_is_killed_is_told_as_stopped(tmp_path: Path) -> None:
     assert done.stdout.count("\n") == 1
 
 
-def test_ctrl_c_ends_watching_and_not_the_play(tmp_path: Path) -> None:
+def test_ctrl_c_ends_the_watch_but_not_the_play(tmp_path: Path) -> None:
     play = start(command(*PLAY, "--steps", 15_000_000, eager=True), tmp_path)
     wait_for(play, lambda: recorded_steps(tmp_path / "run.h5") > 0)
     watch = start(command("watch"), tmp_path, heed_ctrl_c)
@@ -81,7 +81,7 @@ def test_ctrl_c_ends_watching_and_not_the_play(tmp_path: Path) -> None:
     play.communicate()
 
 
-def test_a_terminal_gets_curves(played: Path) -> None:
+def test_terminal_shows_curves(played: Path) -> None:
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "90", "LINES": "40"}
     process = subprocess.Popen(
@@ -105,7 +105,7 @@ def test_a_terminal_gets_curves(played: Path) -> None:
     assert "█" in text
 
 
-def test_event_files_are_read_by_tensorboard(played: Path) -> None:
+def test_tensorboard_reads_the_event_files(played: Path) -> None:
     accumulator = pytest.importorskip(
         "tensorboard.backend.event_processing.event_accumulator"
     ).EventAccumulator
@@ -133,7 +133,7 @@ def test_event_files_are_read_by_tensorboard(played: Path) -> None:
         (("run.h5", "--tensorboard", "run.h5"), 1, "run.h5"),
     ],
 )
-def test_what_cannot_be_watched_is_one_line(
+def test_bad_watch_arguments_give_a_one_line_error(
     played: Path, arguments: tuple[str, ...], code: int, complaint: str
 ) -> None:
     done = realbench(played, "watch", *arguments, code=code)
@@ -141,7 +141,7 @@ def test_what_cannot_be_watched_is_one_line(
     assert done.stderr.count("\n") == 1
 
 
-def test_looking_does_not_keep_a_player_out(played: Path) -> None:
+def test_leftover_lock_is_not_taken_for_a_running_play(played: Path) -> None:
     path = played / "run.h5"
     lock = played / ".run.h5.lock"
     lock.touch()  # as a process that was killed leaves it
@@ -157,7 +157,7 @@ def test_looking_does_not_keep_a_player_out(played: Path) -> None:
     st.integers(1, 6),
     st.sampled_from([BLOCKS, ASCII]),
 )
-def test_a_curve_is_higher_where_its_value_is(
+def test_curve_is_higher_where_its_value_is_higher(
     values: list[float], height: int, letters: str
 ) -> None:
     given = np.clip(np.array(values), -1e300, 1e300) / 2
