@@ -89,13 +89,17 @@ def another(tmp_path: Path) -> Path:
     return package.parent
 
 
-def test_a_script_with_a_loop_of_four_values(run_script: RunScript, official_scene: Scene) -> None:
+def test_script_with_a_four_value_step_loop_runs(
+    run_script: RunScript, official_scene: Scene
+) -> None:
     ran = run_script(INSTALL + LOOP)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout == "30 0 {} ['cube', 'tomato']\n"
 
 
-def test_a_script_that_evaluates(run_script: RunScript, official_scene: Scene) -> None:
+def test_evaluation_script_gets_scores_and_clear_errors(
+    run_script: RunScript, official_scene: Scene
+) -> None:
     ran = run_script(INSTALL + EVALUATION)
     assert ran.returncode == 0, ran.stderr
     fine, failed, *refused = ran.stdout.splitlines()
@@ -119,7 +123,7 @@ def test_a_script_that_evaluates(run_script: RunScript, official_scene: Scene) -
         assert told in line
 
 
-def test_ours_is_imported_where_there_is_no_other(run_script: RunScript) -> None:
+def test_our_package_is_imported_where_no_other_is_installed(run_script: RunScript) -> None:
     ran = run_script(INSTALL + WHICH)
     assert "compat/real_robots/__init__.py" in ran.stdout
     assert ran.stderr == ""
@@ -138,13 +142,15 @@ def test_an_installed_package_is_replaced_on_request(run_script: RunScript, anot
     assert f"not the one in {another}" in ran.stderr
 
 
-def test_one_that_was_imported_before_stays(run_script: RunScript, another: Path) -> None:
+def test_package_imported_before_stays(run_script: RunScript, another: Path) -> None:
     ran = run_script("import real_robots\n" + INSTALL + WHICH, path=another)
     assert str(another) in ran.stdout
     assert "stays" in ran.stderr
 
 
-def test_controllers_that_realbench_loads_get_ours(run_script: RunScript, another: Path) -> None:
+def test_controllers_loaded_by_realbench_get_our_package(
+    run_script: RunScript, another: Path
+) -> None:
     controller = another.parent / "mine.py"
     controller.write_text(
         "from real_robots.policy import BasePolicy\n"
@@ -160,7 +166,7 @@ def test_controllers_that_realbench_loads_get_ours(run_script: RunScript, anothe
     assert f"not the one in {another}" in ran.stderr
 
 
-def test_unknown_keys_mean_nothing_and_are_told_once(caplog: pytest.LogCaptureFixture) -> None:
+def test_unknown_keys_are_ignored_with_one_warning(caplog: pytest.LogCaptureFixture) -> None:
     actions = OfficialActions("mine.py", JointControl())
     plain = {"joint_command": None, "render": True}
     with caplog.at_level(logging.WARNING):
@@ -173,5 +179,5 @@ def test_unknown_keys_mean_nothing_and_are_told_once(caplog: pytest.LogCaptureFi
 
 
 @pytest.mark.parametrize("strange", [None, [1, 2], "left", 3.0])
-def test_what_is_no_dict_is_left_for_the_control_to_refuse(strange: object) -> None:
+def test_non_dict_actions_are_left_to_the_control(strange: object) -> None:
     assert OfficialActions("mine.py", JointControl()).known(strange) is strange

@@ -56,7 +56,7 @@ def ours(official_scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> dic
 
 
 @pytest.mark.parametrize(("section", "line"), LINES)
-def test_every_line_is_as_there_or_otherwise_on_purpose(
+def test_every_line_matches_or_differs_on_purpose(
     ours: dict[str, Any], section: str, line: str
 ) -> None:
     place = f"{section}/{line}"
@@ -69,7 +69,7 @@ def test_every_line_is_as_there_or_otherwise_on_purpose(
         assert value == (own["as asked"] if wanted == "as asked" else wanted)
 
 
-def test_nothing_is_missing(ours: dict[str, Any]) -> None:
+def test_no_recorded_line_is_missing(ours: dict[str, Any]) -> None:
     assert {(section, line) for section, lines in ours.items() for line in lines} == set(LINES)
 
 
