@@ -108,13 +108,13 @@ def parts(found: dict[str, Any]) -> dict[str, str]:
     return {part["what"]: part["verdict"] for part in found["parts"]}
 
 
-def test_an_honest_one_is_verified_as_a_whole(bundle: Bundle, honest: Path) -> None:
+def test_honest_bundle_verifies_in_every_part(bundle: Bundle, honest: Path) -> None:
     found = verdict(bundle(), honest, "--play-again", code=0)
     assert set(parts(found).values()) == {"holds"}
     assert found["detail"] == "verified: trials, recording, code, settings, state, play"
 
 
-def test_a_packed_submission_is_as_good_as_a_folder(bundle: Bundle, honest: Path) -> None:
+def test_packed_submission_is_accepted_like_a_folder(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     realbench(place, "submission", "pack", "submission", "--out", "mine.zip")
     shutil.rmtree(place / "submission")
@@ -127,7 +127,7 @@ def test_a_packed_submission_is_as_good_as_a_folder(bundle: Bundle, honest: Path
     assert parts(verdict(place, honest, code=0))["code"] == "not checked"
 
 
-def test_a_forged_score_is_named(bundle: Bundle, honest: Path) -> None:
+def test_forged_score_is_found(bundle: Bundle, honest: Path) -> None:
     place = bundle()
 
     def nearer(content: dict[str, Any]) -> None:
@@ -139,7 +139,7 @@ def test_a_forged_score_is_named(bundle: Bundle, honest: Path) -> None:
     assert "first goal 0: distance" in found["detail"]
 
 
-def test_code_that_was_swapped_after_the_play_is_named(bundle: Bundle, honest: Path) -> None:
+def test_code_swapped_after_the_play_is_found(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     (place / "submission" / "controller.py").write_text(LEARNER + "\nBETTER = True\n")
     found = verdict(place, honest)
@@ -162,7 +162,7 @@ def test_code_that_was_swapped_after_the_play_is_named(bundle: Bundle, honest: P
     assert verdict(place, honest)["detail"] == "code: the submission is not the code that played"
 
 
-def test_other_goals_are_named(
+def test_result_on_other_goals_is_found(
     bundle: Bundle, honest: Path, builtin_scene: Scene, tmp_path: Path
 ) -> None:
     """Tested on goals of its own choice, whatever hash it then writes into the file."""
@@ -183,7 +183,7 @@ def test_other_goals_are_named(
     assert "trials differ" in found["detail"]
 
 
-def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
+def test_state_of_another_play_is_found(bundle: Bundle, honest: Path) -> None:
     """The recording is of one play, what was learned of another: trials and play replay."""
     place = bundle()
     with h5py.File(honest / "run2.h5") as other, h5py.File(place / "run.h5", "r+") as run:
@@ -209,7 +209,7 @@ def test_state_of_another_play_is_named(bundle: Bundle, honest: Path) -> None:
     assert "it plays the same, but hands over another state" in found["detail"]
 
 
-def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: Path) -> None:
+def test_another_recording_and_other_commands_are_found(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     shutil.copy(honest / "run2.h5", place / "run.h5")
     assert "run.h5 is not the recording it learned from" in verdict(place, honest)["detail"]
@@ -224,7 +224,7 @@ def test_another_recording_and_other_commands_are_named(bundle: Bundle, honest: 
     assert "these are not its commands" in verdict(place, honest)["detail"]
 
 
-def test_many_have_a_verdict_each(bundle: Bundle, honest: Path) -> None:
+def test_every_bundle_in_a_folder_gets_a_verdict(bundle: Bundle, honest: Path) -> None:
     mailed = bundle("honest").parent
     forged = bundle("forged")
     forge(forged / "score.json", lambda content: content["trials"][0].update(distances=[0.0]))
@@ -244,7 +244,7 @@ def test_many_have_a_verdict_each(bundle: Bundle, honest: Path) -> None:
     assert "honest/score.json: verified: " in lines[3]
 
 
-def test_a_round_is_verified_and_its_leaderboard_says_so(place: Path) -> None:
+def test_leaderboard_shows_that_a_round_was_verified(place: Path) -> None:
     submission(place / "submissions" / "learner", LEARNER)
     path = rounds(place, steps=2000, trial_steps=800)
     realbench(place, "round", "run", "submissions", path)
@@ -261,7 +261,7 @@ def test_a_round_is_verified_and_its_leaderboard_says_so(place: Path) -> None:
     assert json.loads(told)["first"]["rows"][0]["verified"] is None
 
 
-def test_options_that_mean_nothing_are_refused(bundle: Bundle) -> None:
+def test_options_that_do_not_apply_are_refused(bundle: Bundle) -> None:
     place = bundle()
     done = realbench(place, "verify", "score.json", "--relearn", "1", code=2)
     assert "--relearn is not for a result" in done.stderr
@@ -272,7 +272,7 @@ def test_options_that_mean_nothing_are_refused(bundle: Bundle) -> None:
 
 
 @pytest.mark.parametrize("scene", ["builtin", "official"])
-def test_goals_that_nobody_named_are_those_shipped_for_its_scene(scene: str) -> None:
+def test_goals_default_to_the_shipped_set_of_the_scene(scene: str) -> None:
     goals = load_goal_set(shipped_goal_set(1, scene))
     setting = SimpleNamespace(objects=1, scene=scene, goals_sha256=goals.sha256)
     result = SimpleNamespace(setting=setting)

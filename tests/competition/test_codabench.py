@@ -41,7 +41,7 @@ def written(place: Path, spec: Path) -> Path:
     return place / "bundle"
 
 
-def test_all_that_the_documentation_requires_is_there(unpacked: Path) -> None:
+def test_bundle_has_everything_codabench_requires(unpacked: Path) -> None:
     told: dict[str, Any] = yaml.safe_load((unpacked / "competition.yaml").read_text())
     assert told["version"] == 2
     assert {"title", "image", "terms", "docker_image"} <= set(told)
@@ -145,7 +145,7 @@ def test_a_failure_counts_as_the_round_says(place: Path, failure: str, code: int
         assert set(json.loads(file.read_text()).values()) == {0.0}
 
 
-def test_goals_are_in_the_data_that_participants_do_not_get(unpacked: Path, place: Path) -> None:
+def test_goals_are_only_in_data_hidden_from_participants(unpacked: Path, place: Path) -> None:
     told = yaml.safe_load((unpacked / "competition.yaml").read_text())
     assert told["make_input_data_available"] is False
     goals = load_goal_set(place / "goals.npy").sha256
@@ -160,7 +160,7 @@ def test_goals_are_in_the_data_that_participants_do_not_get(unpacked: Path, plac
         assert all(name == Path(name).name for name in packed.namelist())
 
 
-def test_rounds_follow_one_another_on_the_platform(place: Path) -> None:
+def test_rounds_must_follow_one_another_in_time(place: Path) -> None:
     fields = {"title": "Two", "scene": "builtin", "rounds": {"a": ROUND, "b": ROUND}}
     (place / "two.yaml").write_text(json.dumps(fields))
     done = realbench(place, "round", "codabench", "two.yaml", code=1)

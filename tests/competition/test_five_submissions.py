@@ -27,7 +27,7 @@ TOLD = {
 LONGEST_S = 240  # three jobs a submission, of which one waits for the 12 s of its limit
 
 
-def test_one_scores_and_four_have_a_status(place: Path) -> None:
+def test_good_submission_scores_and_four_bad_ones_get_a_status(place: Path) -> None:
     victim = place / "victim"
     victim.write_text("whole")
     hand_in(place / "submissions", victim)

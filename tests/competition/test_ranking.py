@@ -29,7 +29,7 @@ def ranks(rows: list[Row]) -> list[tuple[str, int | None]]:
     return [(each.standing.key, each.rank) for each in rows]
 
 
-def test_those_who_cannot_be_told_apart_share_a_rank() -> None:
+def test_indistinguishable_submissions_share_a_rank() -> None:
     near = [0.00, 0.01, 0.02, 0.01, 0.00, 0.02, 0.01, 0.00]
     like = [0.01, 0.00, 0.01, 0.02, 0.01, 0.00, 0.02, 0.01]
     far = [0.30, 0.31, 0.29, 0.32, 0.30, 0.33, 0.28, 0.30]
@@ -44,20 +44,22 @@ def test_those_who_cannot_be_told_apart_share_a_rank() -> None:
     assert [each.rank for each in alone] == [1, 2, 3, None]
 
 
-def test_equal_ones_share_a_rank_whatever_the_rule() -> None:
+def test_equal_submissions_share_a_rank_under_every_rule() -> None:
     rows = [row("b", [0.1, 0.2, 0.3]), row("a", [0.1, 0.2, 0.3])]
     for ties in ("none", "paired"):
         assert ranks(ranked(rows, "zero", ties)) == [("a", 1), ("b", 1)]
 
 
-def test_one_that_waits_has_no_rank() -> None:
+def test_waiting_submission_has_no_rank() -> None:
     rows = [row("a", None, "waiting"), row("b", None, "refused"), row("c", [0.1, 0.2])]
     assert ranks(ranked(rows, "zero", "paired")) == [("c", 1), ("b", 2), ("a", None)]
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.lists(DISTANCES, min_size=1, max_size=5), st.randoms())
-def test_laws_of_ranks(many: list[list[float]], shuffle: object) -> None:
+def test_ranks_follow_means_and_group_the_indistinguishable(
+    many: list[list[float]], shuffle: object
+) -> None:
     """Ranks follow the means, whatever the order; a group is one that its first cannot be told
     from, and the next group begins with one that can."""
     rows = [row(f"s{number}", distances) for number, distances in enumerate(many)]

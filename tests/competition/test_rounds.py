@@ -30,7 +30,7 @@ def without_times(rows: dict[str, Any]) -> dict[str, Any]:
     return rows
 
 
-def test_a_killed_round_ends_as_one_that_was_not(place: Path) -> None:
+def test_killed_round_resumes_to_the_same_standings(place: Path) -> None:
     submissions = place / "submissions"
     submission(submissions / "good", GOOD)
     submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
@@ -58,7 +58,7 @@ def test_a_killed_round_ends_as_one_that_was_not(place: Path) -> None:
     assert undisturbed["good"]["rank"] == 1
 
 
-def test_archives_versions_and_what_does_not_fit(place: Path) -> None:
+def test_archives_and_new_versions_are_run_and_misfits_refused(place: Path) -> None:
     """A zip is played as it was handed in; a new version is another one; others are refused."""
     submissions = place / "submissions"
     folder = submission(place / "work", GOOD)
@@ -86,7 +86,7 @@ def test_archives_versions_and_what_does_not_fit(place: Path) -> None:
     assert len(list((place / "results" / "first").glob("team-*"))) == 2
 
 
-def test_a_failure_is_tried_again_when_asked(place: Path) -> None:
+def test_failed_submission_is_retried_on_request(place: Path) -> None:
     """Here one of memory, which counts zero, until the organisers allow more."""
     submission(place / "submissions" / "greedy", derived(MEMORY), entry="controller.py:Greedy")
     limits = {"memory_gib": 2, "call_s": 60, "total_s": 60}
@@ -100,7 +100,7 @@ def test_a_failure_is_tried_again_when_asked(place: Path) -> None:
     assert "to run: 1 play and 1 test, " in done.stderr
 
 
-def test_recordings_may_be_given(place: Path) -> None:
+def test_submissions_can_learn_from_given_recordings(place: Path) -> None:
     """All learn from the same ones: a test each."""
     play = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
     for seed in (1, 2):
@@ -126,14 +126,16 @@ def test_recordings_may_be_given(place: Path) -> None:
         ({"goals": "none.npy"}, "none.npy"),
     ],
 )
-def test_mistakes_are_told_before_any_work(place: Path, changes: dict[str, Any], told: str) -> None:
+def test_bad_round_files_are_refused_before_work_begins(
+    place: Path, changes: dict[str, Any], told: str
+) -> None:
     submission(place / "submissions" / "good", GOOD)
     done = realbench(place, "round", "run", "submissions", rounds(place, **changes), code=1)
     assert told in done.stderr
     assert not list(place.glob("results/*/good-*"))
 
 
-def test_what_there_is_not_is_told(place: Path) -> None:
+def test_missing_submissions_and_rounds_are_reported(place: Path) -> None:
     (place / "submissions").mkdir()
     path = rounds(place)
     done = realbench(place, "round", "run", "submissions", path, code=1)
@@ -144,7 +146,7 @@ def test_what_there_is_not_is_told(place: Path) -> None:
     assert "holds no round (`realbench round run` makes one)" in done.stderr
 
 
-def test_a_round_that_is_described_otherwise_is_not_mixed(place: Path) -> None:
+def test_results_of_a_changed_round_are_not_mixed(place: Path) -> None:
     submission(place / "submissions" / "good", GOOD)
     realbench(place, "round", "run", "submissions", rounds(place, steps=1000, trial_steps=500))
     path = rounds(place, steps=1000, trial_steps=600)
@@ -154,7 +156,7 @@ def test_a_round_that_is_described_otherwise_is_not_mixed(place: Path) -> None:
     assert rows_of(place)["good"]["status"] == "scored"
 
 
-def test_links_and_outsiders_are_left_behind(place: Path) -> None:
+def test_archive_that_leads_out_of_its_folder_is_refused(place: Path) -> None:
     """An archive that leads elsewhere is refused, and nothing is written there."""
     (place / "submissions").mkdir()
     with zipfile.ZipFile(place / "submissions" / "evil.zip", "w") as archive:

@@ -20,7 +20,7 @@ def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
         yield DaskCluster(folder, stack)
 
 
-def test_a_round_on_a_cluster_has_the_same_statuses(place: Path, cluster: DaskCluster) -> None:
+def test_round_on_a_cluster_gives_the_same_statuses(place: Path, cluster: DaskCluster) -> None:
     """Whose fault a failure is survives the way back from another process."""
     submission(place / "submissions" / "good", GOOD)
     crashing = derived(CRASHING)

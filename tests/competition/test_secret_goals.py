@@ -23,7 +23,7 @@ def secret(place: Path) -> str:
     return told.split("commitment, publish it now: ")[1].strip()
 
 
-def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
+def test_committed_goals_can_be_opened(place: Path, secret: str) -> None:
     goal_set, opening = load_goal_set(place / "secret.npy"), place / "secret.opening.json"
     kept = json.loads(opening.read_text())
     assert goal_set.is_secret
@@ -39,7 +39,7 @@ def test_what_was_committed_to_can_be_opened(place: Path, secret: str) -> None:
     assert "was altered" in realbench(place, *opened, secret, code=1).stderr
 
 
-def test_nobody_draws_the_same_and_nobody_chooses(builtin_scene: Scene) -> None:
+def test_secret_goals_are_unique_and_cannot_be_chosen(builtin_scene: Scene) -> None:
     """A set that was chosen, and committed to, is found out when its seed is opened."""
     counts = {"2D": 1}
     one, opening = draw_secret_goals(builtin_scene, 1, counts)
@@ -57,18 +57,18 @@ def test_nobody_draws_the_same_and_nobody_chooses(builtin_scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"seed": -1}', "\x00", '{"commitment": 1}'])
-def test_what_is_no_opening_is_told(tmp_path: Path, text: str) -> None:
+def test_malformed_openings_are_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "o.json").write_text(text)
     with pytest.raises(GoalSetError, match="is not an opening"):
         read_opening(tmp_path / "o.json")
 
 
-def test_a_seed_is_not_chosen_for_secret_goals(place: Path) -> None:
+def test_secret_goals_refuse_a_seed(place: Path) -> None:
     done = realbench(place, "goals", "generate", "--secret", "--seed", "0", *FEW, code=2)
     assert "--secret draws a seed" in done.stderr
 
 
-def test_nothing_of_them_is_published_until_they_are_released(place: Path, secret: str) -> None:
+def test_secret_goals_stay_unpublished_until_released(place: Path, secret: str) -> None:
     """Neither on the site nor in a report."""
     submission(place / "submissions" / "good", GOOD)
     asked = {"goals": "secret.npy", "commitment": secret, "play": "none", "trial_steps": 800}

@@ -26,7 +26,7 @@ def site(tmp_path_factory: pytest.TempPathFactory, goals_file: Path) -> Path:
     return place / "site"
 
 
-def test_it_asks_nobody_else_and_runs_nothing_of_strangers(site: Path) -> None:
+def test_site_has_no_external_links_or_injected_scripts(site: Path) -> None:
     for page in site.glob("*.html"):
         text = page.read_text()
         assert "<script>alert" not in text
@@ -34,7 +34,7 @@ def test_it_asks_nobody_else_and_runs_nothing_of_strangers(site: Path) -> None:
         assert not [each for each in addresses if "//" in each and not each.startswith("data:")]
 
 
-def test_another_folder_is_not_touched(site: Path, tmp_path: Path) -> None:
+def test_existing_folder_is_not_overwritten(site: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     results = site.parent / "results"
     done = realbench(tmp_path, "leaderboard", results, "--site", ".", code=1)
@@ -44,7 +44,7 @@ def test_another_folder_is_not_touched(site: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("width", [1200, 390])
-def test_a_browser_shows_it(browser: Any, site: Path, width: int) -> None:
+def test_browser_shows_the_site(browser: Any, site: Path, width: int) -> None:
     told: list[str] = []
     for name in ("index", "first-good", "first-bad"):
         tab = browser.new_page(viewport={"width": width, "height": 900})

@@ -30,7 +30,7 @@ def sha256(folder: Path) -> str:
     return ControllerSource.of(str(folder)).code_sha256
 
 
-def test_a_new_one_is_good_as_it_is(place: Path) -> None:
+def test_new_submission_passes_its_check_unchanged(place: Path) -> None:
     realbench(place, "submission", "init", "mine", "--name", "Push, see", "--author", "A. Turing")
     done = realbench(place, "submission", "check", "mine", "--junit", "j.xml")
     assert "ok  says      Push, see, by A. Turing, for OM" in done.stdout
@@ -61,7 +61,7 @@ def test_a_new_one_is_good_as_it_is(place: Path) -> None:
         ({"settings": {"levels": 3}}, "has no settings, got levels"),
     ],
 )
-def test_what_is_wrong_is_told_and_exits_with_3(
+def test_bad_manifest_is_reported_with_exit_code_3(
     place: Path, changes: dict[str, Any], told: str
 ) -> None:
     submission(place / "bad", GOOD, **changes)
@@ -72,7 +72,7 @@ def test_what_is_wrong_is_told_and_exits_with_3(
     assert [type(each) for case in cases for each in case.result] == [Failure]
 
 
-def test_one_that_hangs_is_told_in_time(place: Path) -> None:
+def test_hanging_submission_is_reported_in_time(place: Path) -> None:
     submission(place / "bad", derived(HANGING), entry="controller.py:Hanging")
     options = ["--call-limit", "10"]
     # it plays well for 20 steps, of one action: what hangs is the second
@@ -85,7 +85,9 @@ def test_one_that_hangs_is_told_in_time(place: Path) -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(files=CONTENTS, changed=NAMES, content=st.binary(min_size=51, max_size=60))
-def test_the_hash_is_over_all_of_it(files: dict[str, bytes], changed: str, content: bytes) -> None:
+def test_hash_covers_every_file_and_survives_packing(
+    files: dict[str, bytes], changed: str, content: bytes
+) -> None:
     """Packing keeps it; any file that is changed or added gives another one."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = submission(Path(temporary) / "one", GOOD)
@@ -103,7 +105,7 @@ def test_the_hash_is_over_all_of_it(files: dict[str, bytes], changed: str, conte
         assert sha256(folder) != before
 
 
-def test_play_in_its_folder_does_not_change_the_hash(place: Path) -> None:
+def test_playing_in_its_folder_does_not_change_the_hash(place: Path) -> None:
     """So that one who plays there can be tested; caches and recordings are not packed."""
     folder = submission(place / "mine", GOOD)
     before = sha256(folder)
@@ -119,7 +121,7 @@ def test_play_in_its_folder_does_not_change_the_hash(place: Path) -> None:
     realbench(folder, "extrinsic", *goals)
 
 
-def test_a_folder_is_a_controller_everywhere(place: Path) -> None:
+def test_submission_folder_works_as_controller_everywhere(place: Path) -> None:
     """Its name stands in the files and in the tables, its condition and settings are taken."""
     settings = {"levels": 9}
     code = "from real_bench.controllers.real_d import RealD\nclass Mine(RealD):\n    pass\n"
@@ -154,7 +156,7 @@ def test_a_folder_is_a_controller_everywhere(place: Path) -> None:
 
 
 @pytest.mark.parametrize("isolation", ["--isolate", "--no-isolate"])
-def test_requirements_come_from_its_own_wheels(
+def test_requirements_are_installed_from_its_own_wheels(
     place: Path, isolation: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
@@ -172,7 +174,7 @@ def test_requirements_come_from_its_own_wheels(
     ("requires", "told"),
     [("numpy<1.0", "numpy"), ("a-package-that-nobody-has", "a-package-that-nobody-has")],
 )
-def test_requirements_that_cannot_be_had_are_refused(
+def test_requirements_that_cannot_be_installed_are_refused(
     place: Path, requires: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What would change our numpy is no requirement that can be met."""
@@ -200,7 +202,7 @@ def test_exit_codes_tell_whose_fault_it_is(place: Path) -> None:
     realbench(place, "score", "--controller", "crashing", "--trials", "x", code=2)
 
 
-def test_what_is_no_submission_is_told(place: Path) -> None:
+def test_empty_folder_and_packed_archive_are_refused(place: Path) -> None:
     (place / "empty").mkdir()
     with pytest.raises(ControllerError, match="has no submission"):
         ControllerSource.of(str(place / "empty"))
@@ -210,7 +212,7 @@ def test_what_is_no_submission_is_told(place: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["/abs.py", "../up.py", "a/../../up.py", "back\\slash.py"])
-def test_an_archive_that_leads_elsewhere_is_refused(tmp_path: Path, name: str) -> None:
+def test_archive_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: str) -> None:
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         archive.writestr("submission.yaml", "name: x")
         archive.writestr(name, "x")
@@ -234,7 +236,7 @@ def test_links_and_bombs_in_archives_are_refused(tmp_path: Path) -> None:
         unpack(tmp_path / "many.zip", tmp_path / "out")
 
 
-def test_one_that_is_packed_in_its_folder_is_found(tmp_path: Path) -> None:
+def test_submission_packed_with_its_folder_is_found(tmp_path: Path) -> None:
     """As operating systems compress a folder."""
     with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
         archive.writestr("mine/submission.yaml", json.dumps({"name": "x", "authors": "y"}))
