@@ -67,7 +67,7 @@ def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
         yield DaskCluster(tmp_path, stack)
 
 
-def test_a_worker_that_is_killed_costs_only_its_own_task(
+def test_killed_worker_does_not_change_the_results(
     cluster: DaskCluster, write_spec: WriteSpec, tmp_path: Path
 ) -> None:
     here = json.loads(realbench(tmp_path, "table", write_spec(), "--json").stdout)
@@ -91,7 +91,7 @@ def test_a_worker_that_is_killed_costs_only_its_own_task(
     assert not {name for name in names if name.startswith(".")}
 
 
-def test_whoever_stops_leaves_no_work_behind(
+def test_ctrl_c_leaves_no_process_on_the_cluster(
     cluster: DaskCluster, write_spec: WriteSpec, tmp_path: Path
 ) -> None:
     cluster.add_worker()
@@ -124,7 +124,7 @@ def _children(pid: int) -> list[int]:
     return [int(child) for file in listed for child in file.read_text().split()]
 
 
-def test_a_cluster_without_workers_is_told_and_not_waited_for_without_end(
+def test_cluster_without_workers_is_given_up_with_an_error(
     cluster: DaskCluster, spec: Spec, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(clusters, "SECONDS_WITHOUT_WORKERS", 3)

@@ -37,7 +37,9 @@ def text(what: RenderableType) -> str:
     return console.export_text()
 
 
-def test_a_new_metric_is_one_line(drawn: Spec, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_new_entry_adds_a_metric_everywhere(
+    drawn: Spec, monkeypatch: pytest.MonkeyPatch
+) -> None:
     files = [str(keep(drawn, repeat=repeat)) for repeat in (0, 1)]
     monkeypatch.setitem(METRICS, "toy", Metric("toys", lambda trial: trial.goal + 0.5, form=".2f"))
     rows = rows_of(drawn, ExperimentPlan(drawn))
@@ -81,7 +83,7 @@ def test_intervals_of_one_result_are_the_same_everywhere(tmp_path: Path) -> None
         assert "95% over goals" in page
 
 
-def test_intervals_of_several_plays_are_the_same_in_table_and_score(drawn: Spec) -> None:
+def test_intervals_over_plays_match_in_table_and_score(drawn: Spec) -> None:
     results: list[Result] = [
         made(distances(seed), seed, run_sha256=f"{seed}" * 64) for seed in range(4)
     ]

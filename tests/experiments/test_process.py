@@ -24,12 +24,12 @@ def a_play(write_spec: WriteSpec, controller: str = "real_r", steps: int = 3000)
     return ExperimentPlan(spec).left().plays[0]
 
 
-def test_a_task_is_the_same_after_its_journey(write_spec: WriteSpec) -> None:
+def test_job_survives_serialisation(write_spec: WriteSpec) -> None:
     job = a_play(write_spec)
     assert job_from_json(job.model_dump_json()) == job
 
 
-def test_a_task_is_done_and_told(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_job_is_done_with_its_progress_reported(write_spec: WriteSpec, tmp_path: Path) -> None:
     job = a_play(write_spec)
     steps: list[int] = []
     Processes(tmp_path / "logs").do(job, lambda done, busy="": steps.append(done))
@@ -40,9 +40,7 @@ def test_a_task_is_done_and_told(write_spec: WriteSpec, tmp_path: Path) -> None:
     assert (tmp_path / "logs" / f"{job.name}.log").exists()
 
 
-def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
-    write_spec: WriteSpec, tmp_path: Path
-) -> None:
+def test_controller_output_is_logged_and_harmless(write_spec: WriteSpec, tmp_path: Path) -> None:
     write_controller(
         tmp_path / "loud.py",
         "def next_action(self, observation):",
@@ -54,7 +52,7 @@ def test_what_a_controller_prints_is_kept_and_disturbs_nothing(
     assert '"failed"' in (tmp_path / "logs" / f"{job.name}.log").read_text()
 
 
-def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_failing_controller_is_reported(write_spec: WriteSpec, tmp_path: Path) -> None:
     raises = "raise ValueError('no idea')"
     write_controller(tmp_path / "bad.py", f"def next_action(self, observation): {raises}")
     job = a_play(write_spec, "bad.py")
@@ -63,7 +61,9 @@ def test_a_controller_that_fails_is_told(write_spec: WriteSpec, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(3)"])
-def test_a_process_that_dies_is_lost(write_spec: WriteSpec, tmp_path: Path, end: str) -> None:
+def test_process_that_dies_raises_worker_lost(
+    write_spec: WriteSpec, tmp_path: Path, end: str
+) -> None:
     method = f"def next_action(self, observation): {end}"
     write_controller(tmp_path / "dies.py", method, before="import os")
     told = "SIGKILL" if "kill" in end else "exit code 3"
@@ -72,7 +72,7 @@ def test_a_process_that_dies_is_lost(write_spec: WriteSpec, tmp_path: Path, end:
         Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
 
 
-def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_stop_ends_the_running_job(write_spec: WriteSpec, tmp_path: Path) -> None:
     job = a_play(write_spec, steps=100_000_000)
     processes = Processes(tmp_path / "logs")
     begun = threading.Event()
@@ -85,7 +85,7 @@ def test_stopping_ends_what_is_being_done(write_spec: WriteSpec, tmp_path: Path)
         assert not recording.ended
 
 
-def test_a_process_ends_with_whoever_asked_for_it(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_process_ends_with_its_parent(write_spec: WriteSpec, tmp_path: Path) -> None:
     """Fork, ask, die: the process that did the job is gone soon after."""
     tells = f"pathlib.Path({str(tmp_path / 'pid')!r}).write_text(str(os.getpid()))"
     method = f"def start_intrinsic_phase(self): {tells}"

@@ -53,7 +53,7 @@ def lost() -> WorkerLostError:
 
 
 @pytest.mark.parametrize("jobs", [1, 3, 50])
-def test_all_is_done_once_and_tests_after_their_play(work: PendingJobs, jobs: int) -> None:
+def test_every_job_is_done_once_and_tests_follow_their_play(work: PendingJobs, jobs: int) -> None:
     place = Rehearsal()
     standings: list[ExperimentProgress] = []
     assert JobScheduler(place, jobs).do(work, standings.append) == {}
@@ -65,7 +65,7 @@ def test_all_is_done_once_and_tests_after_their_play(work: PendingJobs, jobs: in
     assert standings[-1] == ExperimentProgress(work.n_steps, len(names), (), "")
 
 
-def test_a_task_whose_worker_dies_is_done_again(work: PendingJobs) -> None:
+def test_job_whose_worker_dies_is_retried(work: PendingJobs) -> None:
     name = work.plays[0].name
     place = Rehearsal({name: [lost()] * (ATTEMPTS - 1)})
     assert JobScheduler(place, 2).do(work, lambda progress: None) == {}
@@ -73,7 +73,7 @@ def test_a_task_whose_worker_dies_is_done_again(work: PendingJobs) -> None:
     assert len(place.done) == len(work)
 
 
-def test_a_task_that_kills_every_worker_is_given_up(work: PendingJobs) -> None:
+def test_job_that_kills_every_worker_is_given_up(work: PendingJobs) -> None:
     name = work.scorings[0].name
     place = Rehearsal({name: [lost()] * ATTEMPTS})
     assert JobScheduler(place, 2).do(work, lambda progress: None) == {
@@ -82,7 +82,7 @@ def test_a_task_that_kills_every_worker_is_given_up(work: PendingJobs) -> None:
     assert len(place.done) == len(work) - 1
 
 
-def test_what_a_failed_play_should_have_served_fails_and_the_rest_is_done(
+def test_failed_play_fails_only_its_own_tests(
     work: PendingJobs,
 ) -> None:
     name = work.plays[0].name
@@ -97,7 +97,7 @@ def test_what_a_failed_play_should_have_served_fails_and_the_rest_is_done(
     assert standings[-1].n_jobs == len(work)
 
 
-def test_a_fault_of_ours_stops_everything(work: PendingJobs) -> None:
+def test_internal_error_stops_everything(work: PendingJobs) -> None:
     place = Rehearsal({work.plays[0].name: [ZeroDivisionError()]})
     with pytest.raises(ZeroDivisionError):
         JobScheduler(place, 2).do(work, lambda progress: None)
@@ -115,7 +115,7 @@ def test_an_interrupt_stops_everything(work: PendingJobs) -> None:
     assert place.stopped
 
 
-def test_the_plays_that_cells_share_are_made_once(work: PendingJobs, tmp_path: Path) -> None:
+def test_plays_shared_by_cells_are_made_once(work: PendingJobs, tmp_path: Path) -> None:
     assert [job.name for job in work.plays] == ["random-1-seed0", "random-1-seed1"]
     assert len(work.scorings) == 5
     assert work.scorings[0].run == work.scorings[2].run == tmp_path / "results/random-1-seed0.h5"

@@ -25,7 +25,7 @@ from tests.cli.shell import realbench
 from tests.experiments.conftest import DISTANCES, WriteSpec, keep
 
 
-def test_nothing_is_known_before_anything_is_done(spec: Spec) -> None:
+def test_rows_are_empty_before_any_work(spec: Spec) -> None:
     rows = rows_of(spec, ExperimentPlan(spec))
     assert [(row.seeds, row.n_asked, row.summary, row.difference) for row in rows] == [
         ((), 2, None, None),
@@ -35,7 +35,7 @@ def test_nothing_is_known_before_anything_is_done(spec: Spec) -> None:
     assert notes(rows)[-1] == "5 of 5 repeats are missing"
 
 
-def test_a_row_tells_what_its_repeats_say(drawn: Spec) -> None:
+def test_row_summarises_its_repeats(drawn: Spec) -> None:
     files = [keep(drawn, repeat=0), keep(drawn, repeat=1)]
     row = rows_of(drawn, ExperimentPlan(drawn))[0]
     assert row.summary is not None
@@ -51,7 +51,7 @@ def test_a_row_tells_what_its_repeats_say(drawn: Spec) -> None:
     assert any("too few to compare" in note for note in notes([row]))
 
 
-def test_a_repeat_counts_when_it_is_whole(drawn: Spec) -> None:
+def test_incomplete_repeat_does_not_count(drawn: Spec) -> None:
     keep(drawn, repeat=0)
     keep(drawn, repeat=1, n_trials=1)
     row = rows_of(drawn, ExperimentPlan(drawn))[0]
@@ -66,7 +66,7 @@ def test_a_repeat_counts_when_it_is_whole(drawn: Spec) -> None:
     assert [job.name for job in left.plays] == ["random-1-seed0", "random-1-seed1"]
 
 
-def test_a_play_that_nothing_needs_any_more_is_not_made(drawn: Spec) -> None:
+def test_play_that_no_test_needs_is_not_made(drawn: Spec) -> None:
     for cell in (0, 1):
         keep(drawn, cell, repeat=0)
     assert [job.name for job in ExperimentPlan(drawn).left().plays] == ["random-1-seed1"]
@@ -85,7 +85,7 @@ def test_a_play_that_nothing_needs_any_more_is_not_made(drawn: Spec) -> None:
         ({"goals_sha256": "9" * 64}, r"other goals than goals-few-1\.npy"),
     ],
 )
-def test_what_is_of_another_experiment_is_refused(
+def test_result_of_another_experiment_is_refused(
     drawn: Spec, changes: dict[str, Any], told: str
 ) -> None:
     kept = keep(drawn, **changes)
@@ -98,9 +98,7 @@ def test_what_is_of_another_experiment_is_refused(
     assert kept.stem in [job.name for job in ExperimentPlan(drawn).left(overwrite=True).scorings]
 
 
-def test_settings_that_are_asked_for_must_be_those_of_the_result(
-    write_spec: WriteSpec, builtin_scene: Scene
-) -> None:
+def test_result_with_other_settings_is_refused(write_spec: WriteSpec, builtin_scene: Scene) -> None:
     cell = {"controller": "real_d", "condition": "OM", "settings": {"planner": {"depth": 4}}}
     spec = read_spec(write_spec(cells=[cell]))
     spec.results_folder.mkdir()
@@ -120,14 +118,16 @@ def test_settings_that_are_asked_for_must_be_those_of_the_result(
         ({"control_version": 2}, "versions of its control"),
     ],
 )
-def test_what_differs_is_never_averaged(drawn: Spec, changes: dict[str, Any], what: str) -> None:
+def test_results_that_differ_are_never_averaged(
+    drawn: Spec, changes: dict[str, Any], what: str
+) -> None:
     keep(drawn, repeat=0)
     keep(drawn, repeat=1, **changes)
     with pytest.raises(ExperimentError, match=f"different {what}, which are never averaged"):
         rows_of(drawn, ExperimentPlan(drawn))
 
 
-def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
+def test_result_of_a_controller_changed_since_is_refused(
     write_spec: WriteSpec, tmp_path: Path, builtin_scene: Scene
 ) -> None:
     code = "from real_bench.controllers.real_r import RealR\nclass Mine(RealR):\n    pass\n"
@@ -143,7 +143,7 @@ def test_a_controller_that_was_changed_is_not_the_one_that_was_tested(
         rows_of(spec, ExperimentPlan(spec))
 
 
-def test_other_goals_under_the_same_name_are_noticed(drawn: Spec, builtin_scene: Scene) -> None:
+def test_other_goals_under_the_same_name_are_refused(drawn: Spec, builtin_scene: Scene) -> None:
     keep(drawn)
     other = generate_goal_set(builtin_scene, 1, seed=6, counts={"2D": 2})
     save_goal_set(other, drawn.goal_file("few", 1))
@@ -151,7 +151,7 @@ def test_other_goals_under_the_same_name_are_noticed(drawn: Spec, builtin_scene:
         rows_of(drawn, ExperimentPlan(drawn))
 
 
-def test_every_form_holds_every_row(drawn: Spec) -> None:
+def test_every_format_holds_every_row(drawn: Spec) -> None:
     keep(drawn, repeat=0)
     keep(drawn, repeat=1)
     rows = rows_of(drawn, ExperimentPlan(drawn))
@@ -170,7 +170,7 @@ def test_every_form_holds_every_row(drawn: Spec) -> None:
     assert told["rows"][1]["summary"] is None
 
 
-def test_a_play_that_was_killed_at_once_is_unfinished_and_nothing_else(drawn: Spec) -> None:
+def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
     job = ExperimentPlan(drawn).left().plays[0]
     phase = IntrinsicPhase(
         "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 3000, 0, job.out
@@ -202,7 +202,7 @@ def test_a_play_of_another_experiment_is_refused(
         ExperimentPlan(other).left()
 
 
-def test_other_lengths_and_goals_are_marked_beside_a_published_number(
+def test_other_lengths_and_goals_than_published_are_marked(
     drawn: Spec, write_spec: WriteSpec
 ) -> None:
     keep(drawn, repeat=0)
@@ -219,7 +219,7 @@ def test_other_lengths_and_goals_are_marked_beside_a_published_number(
     assert "†" not in "".join(cells(rows[1]))
 
 
-def test_a_part_is_no_repeat_and_the_test_goes_on(drawn: Spec) -> None:
+def test_part_of_the_goals_is_no_repeat_and_is_continued(drawn: Spec) -> None:
     keep(drawn, n_trials=1, goal_numbers=(0,))
     assert rows_of(drawn, ExperimentPlan(drawn))[0].seeds == ()
     assert "real_r-OM-1-seed0-few" in [job.name for job in ExperimentPlan(drawn).left().scorings]

@@ -13,7 +13,7 @@ EVALUATION = Path(__file__).parents[2] / "evaluation"
 RANDOM = {"controller": "real_r", "condition": "OM"}
 
 
-def test_a_spec_is_read_as_it_is_written(spec: Spec, tmp_path: Path) -> None:
+def test_spec_is_read_as_written(spec: Spec, tmp_path: Path) -> None:
     assert [cell.name for cell in spec.cells] == ["real_r-OM-1", "real_d-OM-1", "real_r-IJ-1"]
     assert spec.results_folder == tmp_path / "results"
     assert list(spec.seeds(spec.cells[0])) == [0, 1]
@@ -22,7 +22,7 @@ def test_a_spec_is_read_as_it_is_written(spec: Spec, tmp_path: Path) -> None:
     assert spec.goal_file("few", 2) == tmp_path / "results" / "goals-few-2.npy"
 
 
-def test_what_is_not_said_is_the_benchmark(write_spec: WriteSpec) -> None:
+def test_defaults_are_those_of_the_benchmark(write_spec: WriteSpec) -> None:
     path = write_spec()
     path.write_text("cells: [{controller: real_r, condition: IM}]")
     spec = read_spec(path)
@@ -32,7 +32,7 @@ def test_what_is_not_said_is_the_benchmark(write_spec: WriteSpec) -> None:
     assert spec.play_of(spec.cells[0]) is not None
 
 
-def test_cells_that_play_themselves_play_with_their_own_settings(write_spec: WriteSpec) -> None:
+def test_cells_with_their_own_play_use_their_own_settings(write_spec: WriteSpec) -> None:
     cell = {"controller": "real_t", "condition": "OM", "settings": {"thresholds": [0.1, 0.1]}}
     spec = read_spec(write_spec(cells=[cell]))
     found = spec.play_of(spec.cells[0])
@@ -100,12 +100,12 @@ def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -
         ),
     ],
 )
-def test_what_is_wrong_is_told(write_spec: WriteSpec, changes: dict[str, Any], told: str) -> None:
+def test_bad_spec_is_refused(write_spec: WriteSpec, changes: dict[str, Any], told: str) -> None:
     with pytest.raises(ExperimentError, match=told):
         read_spec(write_spec(**changes))
 
 
-def test_no_file_and_no_yaml_are_told(tmp_path: Path) -> None:
+def test_missing_and_malformed_specs_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ExperimentError, match="not found"):
         read_spec(tmp_path / "no.yaml")
     (tmp_path / "bad.yaml").write_text("a: [1")
@@ -114,7 +114,7 @@ def test_no_file_and_no_yaml_are_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["paper", "smoke"])
-def test_the_specs_that_ship_have_every_cell_of_the_paper(name: str) -> None:
+def test_shipped_specs_have_every_cell_of_the_paper(name: str) -> None:
     spec = read_spec(EVALUATION / f"{name}.yaml")
     published = {
         (cell.controller, cell.condition, cell.objects): cell.published.mean
@@ -138,10 +138,10 @@ def test_the_specs_that_ship_have_every_cell_of_the_paper(name: str) -> None:
 
 
 @pytest.mark.parametrize("named", ["agent:v3/mine.py", "agent:v3/mine.py:Mine", "mine.py:Mine"])
-def test_a_controllers_folder_may_have_a_colon(spec: Spec, named: str) -> None:
+def test_controller_folder_may_contain_a_colon(spec: Spec, named: str) -> None:
     assert spec.controller(named) == f"{spec.folder}/{named}"
 
 
 @pytest.mark.parametrize("named", ["real_d", "package.module:Class"])
-def test_what_has_no_path_is_found_from_anywhere(spec: Spec, named: str) -> None:
+def test_controller_named_without_a_path_is_kept_as_named(spec: Spec, named: str) -> None:
     assert spec.controller(named) == named

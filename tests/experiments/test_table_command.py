@@ -15,7 +15,7 @@ from tests.cli.shell import COMMAND, TOUCHES, heed_ctrl_c, realbench, write_cont
 from tests.experiments.conftest import WriteSpec
 
 
-def test_the_table_is_made_and_printed_again_without_work(
+def test_finished_table_is_printed_again_without_work(
     write_spec: WriteSpec, tmp_path: Path
 ) -> None:
     path = write_spec()
@@ -31,9 +31,7 @@ def test_the_table_is_made_and_printed_again_without_work(
     assert len(json.loads(realbench(tmp_path, "table", path, "--json").stdout)["rows"]) == 3
 
 
-def test_nothing_is_made_unasked_where_the_spec_says_so(
-    write_spec: WriteSpec, tmp_path: Path
-) -> None:
+def test_spec_with_run_false_starts_nothing(write_spec: WriteSpec, tmp_path: Path) -> None:
     path = write_spec(run=False)
     done = realbench(tmp_path, "table", path)
     assert "missing: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
@@ -41,7 +39,7 @@ def test_nothing_is_made_unasked_where_the_spec_says_so(
     assert not (tmp_path / "results").exists()
 
 
-def test_a_killed_table_ends_as_one_that_was_not(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_killed_table_resumes_to_the_same_table(write_spec: WriteSpec, tmp_path: Path) -> None:
     path = write_spec()
     undisturbed = json.loads(realbench(tmp_path, "table", path, "--json").stdout)
     path = write_spec(results="killed")
@@ -59,7 +57,7 @@ def test_a_killed_table_ends_as_one_that_was_not(write_spec: WriteSpec, tmp_path
     assert json.loads(realbench(tmp_path, "table", path, "--json").stdout) == undisturbed
 
 
-def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_ctrl_c_stops_and_says_how_to_continue(write_spec: WriteSpec, tmp_path: Path) -> None:
     path = write_spec(steps=100_000_000)
     process = subprocess.Popen(
         [str(COMMAND), "table", str(path)],
@@ -76,9 +74,7 @@ def test_ctrl_c_stops_and_says_how_to_go_on(write_spec: WriteSpec, tmp_path: Pat
     assert "repeat the command to continue" in told
 
 
-def test_one_controller_that_fails_does_not_stop_the_others(
-    write_spec: WriteSpec, tmp_path: Path
-) -> None:
+def test_failing_controller_does_not_stop_the_others(write_spec: WriteSpec, tmp_path: Path) -> None:
     body = (
         "n = 0",
         "def next_action(self, observation):",
@@ -97,7 +93,7 @@ def test_one_controller_that_fails_does_not_stop_the_others(
     assert "1 of 1" in done.stdout
 
 
-def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_controllers_can_be_isolated(write_spec: WriteSpec, tmp_path: Path) -> None:
     """In the plays, in the tests, and when the table is only printed."""
     write_controller(tmp_path / "mine.py", *TOUCHES)
     path = write_spec(cells=[{"controller": "mine.py", "condition": "OM"}], repeats=1)
@@ -120,7 +116,7 @@ def test_controllers_of_others_may_be_isolated(write_spec: WriteSpec, tmp_path: 
         ({"goals": {"few": str(shipped_goal_set(1))}}, "the goals were made in scene official"),
     ],
 )
-def test_mistakes_are_told_before_any_work(
+def test_mistakes_are_reported_before_work_begins(
     write_spec: WriteSpec, tmp_path: Path, changes: dict[str, Any], told: str
 ) -> None:
     done = realbench(tmp_path, "table", write_spec(**changes), code=1)
@@ -139,7 +135,7 @@ def test_mistakes_are_told_before_any_work(
         ("def set_state(self, state): pass", "set_state(get_state()) gives another state"),
     ],
 )
-def test_a_controller_that_will_not_do_is_told_before_any_work(
+def test_unusable_controller_is_refused_before_work_begins(
     write_spec: WriteSpec, tmp_path: Path, body: str, told: str
 ) -> None:
     write_controller(tmp_path / "bad.py", body)
@@ -154,7 +150,7 @@ def test_a_controller_that_will_not_do_is_told_before_any_work(
     assert not list((tmp_path / "results").glob("*.h5"))
 
 
-def test_images_that_nobody_records_are_told_before_any_work(
+def test_missing_images_are_reported_before_work_begins(
     write_spec: WriteSpec, tmp_path: Path
 ) -> None:
     cells = [{"controller": "real_ld", "condition": "IM", "play": "random"}]
@@ -162,7 +158,7 @@ def test_images_that_nobody_records_are_told_before_any_work(
     assert "play random-1-seed0 records none: give that play `images: true`" in done.stderr
 
 
-def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_two_tables_cannot_share_a_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
     from real_bench.locks import write_lock
 
     path = write_spec()
@@ -173,7 +169,7 @@ def test_two_tables_do_not_work_in_one_folder(write_spec: WriteSpec, tmp_path: P
 
 
 @pytest.mark.parametrize("scheduler", ["tcp://127.0.0.1:9", "nonsense://x"])
-def test_a_scheduler_that_is_not_there_is_told(
+def test_unreachable_scheduler_is_reported(
     write_spec: WriteSpec, tmp_path: Path, scheduler: str
 ) -> None:
     done = realbench(tmp_path, "table", write_spec(), "--scheduler", scheduler, code=1)
@@ -212,7 +208,7 @@ class Mine(Controller):
 """
 
 
-def test_settings_are_compared_as_their_controllers_read_them(tmp_path: Path) -> None:
+def test_settings_are_compared_as_controllers_parse_them(tmp_path: Path) -> None:
     """The work is done once, its table is printed, and there is nothing left to do."""
     (tmp_path / "mine.py").write_text(MINE)
     (tmp_path / "x.yaml").write_text(THRESHOLDS)
@@ -235,7 +231,7 @@ def test_settings_are_compared_as_their_controllers_read_them(tmp_path: Path) ->
         ({"treshold": 1}, "bad settings: treshold: "),
     ],
 )
-def test_settings_are_checked_before_any_work(
+def test_settings_are_checked_before_work_begins(
     write_spec: WriteSpec, tmp_path: Path, settings: dict[str, Any], told: str
 ) -> None:
     cells = [
@@ -249,7 +245,7 @@ def test_settings_are_checked_before_any_work(
     assert not list((tmp_path / "results").glob("[!.]*"))
 
 
-def test_one_that_sleeps_holds_the_table_no_longer_than_it_may(
+def test_hanging_controller_is_stopped_at_its_call_limit(
     write_spec: WriteSpec, tmp_path: Path
 ) -> None:
     before = "import time"

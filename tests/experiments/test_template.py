@@ -12,7 +12,7 @@ from real_bench.experiments.spec import TEMPLATE, Cell, DrawnGoals, Play, Publis
 from tests.cli.shell import realbench
 
 
-def test_it_is_written_once_and_read(tmp_path: Path) -> None:
+def test_template_is_written_once_and_valid(tmp_path: Path) -> None:
     done = realbench(tmp_path, "table", "mine.yaml", "--init")
     assert "realbench table mine.yaml" in done.stdout
     kept = (tmp_path / "mine.yaml").read_bytes()
@@ -24,7 +24,7 @@ def test_it_is_written_once_and_read(tmp_path: Path) -> None:
     assert (tmp_path / "mine.yaml").read_bytes() == kept
 
 
-def test_its_table_is_made(tmp_path: Path) -> None:
+def test_table_of_the_template_runs(tmp_path: Path) -> None:
     realbench(tmp_path, "table", "mine.yaml", "--init")
     path = tmp_path / "mine.yaml"
     shorter = path.read_text().replace("200000", "4000").replace("10000", "1000")
@@ -35,13 +35,15 @@ def test_its_table_is_made(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("record", [Spec, Play, Cell, DrawnGoals, Published])
-def test_it_shows_every_key(record: type[Spec | Play | Cell | DrawnGoals | Published]) -> None:
+def test_template_shows_every_key(
+    record: type[Spec | Play | Cell | DrawnGoals | Published],
+) -> None:
     text = TEMPLATE.read_text()
     for key in set(record.model_fields) - {"folder"}:
         assert re.search(rf"(^|[ {{]){key}: ", text, re.MULTILINE) or f"{key}:" in text, key
 
 
-def test_what_it_shows_as_a_comment_is_right_too(tmp_path: Path) -> None:
+def test_commented_out_keys_are_valid_too(tmp_path: Path) -> None:
     text = re.sub(r"^(\s*)# (\w+: )", r"\1\2", TEMPLATE.read_text(), flags=re.MULTILINE)
     (tmp_path / "whole.yaml").write_text(text)
     spec = read_spec(tmp_path / "whole.yaml")
