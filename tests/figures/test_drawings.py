@@ -47,7 +47,7 @@ def printed(some: FigureData) -> dict[str, Printed]:
 
 
 @kinds
-def test_a_picture_fits_print(kind: FigureKind, printed: dict[str, Printed]) -> None:
+def test_picture_has_a_printable_width(kind: FigureKind, printed: dict[str, Printed]) -> None:
     with Image.open(io.BytesIO(printed[kind.name].png)) as picture:
         width_cm = picture.width / DOTS_AN_INCH * INCH_CM
         assert any(abs(width_cm - wanted) < 0.02 for wanted in (COLUMN_CM, PAGE_CM))
@@ -56,7 +56,9 @@ def test_a_picture_fits_print(kind: FigureKind, printed: dict[str, Printed]) -> 
 
 
 @kinds
-def test_a_drawing_for_print_is_svg(kind: FigureKind, printed: dict[str, Printed]) -> None:
+def test_vector_drawing_is_svg_without_a_date(
+    kind: FigureKind, printed: dict[str, Printed]
+) -> None:
     svg = printed[kind.name].svg
     assert ElementTree.fromstring(svg).tag == "{http://www.w3.org/2000/svg}svg"
     assert b"date" not in svg
@@ -74,7 +76,7 @@ def test_the_same_input_gives_the_same_bytes(
 
 @kinds
 @pytest.mark.parametrize("names", [("pushed",), ("pushed", "learned", "one", "still", "two")])
-def test_nothing_is_cut_or_too_small_to_read(
+def test_nothing_is_clipped_or_too_small_to_read(
     kind: FigureKind, material: FigureData, names: tuple[str, ...]
 ) -> None:
     figure = draw(kind, FigureData(only(material, *names).plays, material.tested)).figure
@@ -90,7 +92,7 @@ def test_nothing_is_cut_or_too_small_to_read(
 
 
 @kinds
-def test_numbers_stand_beside(kind: FigureKind, printed: dict[str, Printed]) -> None:
+def test_numbers_are_written_as_csv(kind: FigureKind, printed: dict[str, Printed]) -> None:
     text = printed[kind.name].drawing.numbers.csv().decode()
     rows = list(csv.reader(io.StringIO(text)))
     assert len(rows) > 1
@@ -99,12 +101,12 @@ def test_numbers_stand_beside(kind: FigureKind, printed: dict[str, Printed]) -> 
 
 
 @kinds
-def test_without_anything_nothing_is_drawn(kind: FigureKind) -> None:
+def test_nothing_is_drawn_without_data(kind: FigureKind) -> None:
     assert kind.draw(FigureData()) is None
     assert kind.needs
 
 
-def test_what_the_user_has_set_for_matplotlib_does_not_matter(
+def test_matplotlib_settings_of_the_user_have_no_effect(
     some: FigureData, printed: dict[str, Printed]
 ) -> None:
     (kind,) = (kind for kind in FIGURES if kind.name == "displacements")
@@ -113,6 +115,6 @@ def test_what_the_user_has_set_for_matplotlib_does_not_matter(
         assert mpl.rcParams["font.size"] == 30
 
 
-def test_lines_are_told_apart_without_colour() -> None:
+def test_lines_differ_without_colour() -> None:
     signs = [(sign(number).line, sign(number).marker) for number in range(28)]
     assert len(set(signs)) == 28

@@ -48,7 +48,7 @@ def test_recorded_weights_are_used_whatever_the_seed(folder: Path) -> None:
         {"settings": {"vae": {"hidden": 9}}},
     ],
 )
-def test_other_settings_or_fewer_steps_are_learned_anew(
+def test_vae_is_retrained_for_other_settings_or_fewer_steps(
     folder: Path, options: dict[str, object]
 ) -> None:
     one, again = seen(folder / "learned.h5", **options), seen(folder / "learned.h5", **options)
@@ -61,7 +61,7 @@ def test_other_settings_or_fewer_steps_are_learned_anew(
 @pytest.mark.parametrize(
     ("name", "older"), [(b'"hidden"', b'"hiding"'), (b'"mean.bias"', b'"bias.mean"')]
 )
-def test_weights_of_older_settings_or_networks_are_learned_anew(
+def test_vae_is_retrained_where_recorded_weights_are_outdated(
     folder: Path, tmp_path: Path, name: bytes, older: bytes
 ) -> None:
     old = tmp_path / "old.h5"
@@ -75,7 +75,7 @@ def test_weights_of_older_settings_or_networks_are_learned_anew(
     assert not play.sight.is_recorded
 
 
-def test_a_play_at_random_is_learned_from(folder: Path) -> None:
+def test_vae_is_trained_on_a_play_without_weights(folder: Path) -> None:
     play = seen(folder / "pushed.h5", settings=FEW_STEPS)
     assert play.sight is not None
     assert not play.sight.is_recorded

@@ -29,7 +29,7 @@ def play(material: FigureData, name: str) -> Play:
 
 
 @pytest.mark.parametrize("name", ["effective-actions", "effective-actions-latent"])
-def test_effective_actions(material: FigureData, name: str) -> None:
+def test_effective_actions_match_the_analysis(material: FigureData, name: str) -> None:
     pushed = play(material, "pushed")
     assert pushed.sight is not None
     triplets = pushed.places if name == "effective-actions" else pushed.sight.codes
@@ -45,7 +45,7 @@ def test_effective_actions(material: FigureData, name: str) -> None:
     np.testing.assert_allclose(thresholds, scale * abstraction.thresholds)
 
 
-def test_every_object_has_its_thresholds(material: FigureData) -> None:
+def test_every_object_has_thresholds(material: FigureData) -> None:
     told = numbers("effective-actions", only(material, "two"))
     assert set(told["variable"]) == {"cube x", "cube y", "tomato x", "tomato y"}
 
@@ -68,7 +68,7 @@ def test_every_pair_is_in_one_bin(material: FigureData, name: str) -> None:
         assert told["pairs"][row] == inside.sum()
 
 
-def test_lengths_of_actions(material: FigureData) -> None:
+def test_action_lengths_match_the_analysis(material: FigureData) -> None:
     lengths = analysis.action_lengths(play(material, "pushed").displacements)
     assert len(lengths) > 2
     told = numbers("action-lengths", only(material, "pushed"))
@@ -77,7 +77,7 @@ def test_lengths_of_actions(material: FigureData) -> None:
     assert told["actions"].sum() == len(lengths)
 
 
-def test_displacements_by_period(material: FigureData) -> None:
+def test_displacements_are_counted_by_period(material: FigureData) -> None:
     pushed = play(material, "pushed")
     long = replace(
         pushed,
@@ -90,7 +90,7 @@ def test_displacements_by_period(material: FigureData) -> None:
     assert told["until_step"].tolist() == [500_000, 750_000]
 
 
-def test_discoveries_by_period(material: FigureData) -> None:
+def test_discoveries_are_counted_by_period(material: FigureData) -> None:
     n = 750
     made = replace(
         play(material, "pushed"),
@@ -119,7 +119,7 @@ def test_scores_of_goals_are_means_of_repeated_tests(material: FigureData) -> No
     assert told["class"][rows].tolist() == ["2D", "2D", "2.5D", "3D"]
 
 
-def test_score_by_length(material: FigureData) -> None:
+def test_scores_by_length_match_the_analysis(material: FigureData) -> None:
     told = numbers("score-by-length", material)
     assert set(told["condition"]) == {"IM"}  # the others were tested after one length only
     results = [material.tested[i].result for i in (4, 0, 1)]
@@ -145,7 +145,7 @@ def test_coverage_counts_every_state(material: FigureData) -> None:
         assert (rows & here).sum() == 1
 
 
-def test_single_numbers(material: FigureData) -> None:
+def test_facts_match_the_analyses(material: FigureData) -> None:
     told = facts(material, FigureOptions(seed=0))
     pushed, learned, one, still, two = told["recordings"]
     real = play(material, "pushed")
@@ -164,7 +164,7 @@ def test_single_numbers(material: FigureData) -> None:
     assert told["results"][0]["score"] == material.tested[0].result.score
 
 
-def test_columns_are_equally_long() -> None:
+def test_columns_of_unequal_length_are_refused() -> None:
     with pytest.raises(RealBenchError, match="equally long: a 1, b 2"):
         Numbers({"a": [1], "b": [1, 2]})
     assert Numbers({"a": [0.1 + 0.2, 1e-30], "b": ["x, y", "z"]}).csv() == (
@@ -172,7 +172,7 @@ def test_columns_are_equally_long() -> None:
     )
 
 
-def test_a_goal_that_no_result_is_of_is_not_made_up(
+def test_goals_without_a_result_are_left_out(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:
     folder = tmp_path_factory.mktemp("one")
@@ -181,7 +181,7 @@ def test_a_goal_that_no_result_is_of_is_not_made_up(
     assert told["score"].tolist() == pytest.approx([0.25])
 
 
-def test_what_was_logged_is_drawn_by_name(folder: Path, material: FigureData) -> None:
+def test_logged_numbers_are_drawn_by_name(folder: Path, material: FigureData) -> None:
     drawing = logged.draw(only(material, "pushed", "two"))
     assert drawing is not None
     panels = drawing.figure.axes

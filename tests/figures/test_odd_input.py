@@ -29,24 +29,24 @@ def drawn(material: FigureData) -> set[str]:
     return {kind.name for kind in FIGURES if kind.draw(material) is not None}
 
 
-def test_all_is_drawn_where_all_is_there(material: FigureData) -> None:
+def test_every_figure_is_drawn_from_complete_data(material: FigureData) -> None:
     assert drawn(FigureData(only(material, "pushed").plays, material.tested)) == ALL
 
 
 @pytest.mark.parametrize(("name", "silent"), [("one", set()), ("two", {"logged"})])
-def test_without_images_positions_are_drawn(
+def test_recordings_without_images_get_no_latent_figures(
     material: FigureData, name: str, silent: set[str]
 ) -> None:
     assert drawn(only(material, name)) == ALL - LATENT - SCORES - silent
 
 
-def test_where_nothing_moved_no_lengths_are_drawn(material: FigureData) -> None:
+def test_lengths_are_not_drawn_where_nothing_moved(material: FigureData) -> None:
     (still,) = only(material, "still").plays
     nothing = replace(still, displacements=np.zeros_like(still.displacements))
     assert "action-lengths" not in drawn(FigureData((nothing,)))
 
 
-def test_pairs_that_are_all_alike_have_no_correlation(material: FigureData) -> None:
+def test_near_distances_are_not_drawn_for_identical_pairs(material: FigureData) -> None:
     (still,) = only(material, "still").plays
     assert still.sight is not None
     alike = replace(still.sight.pairs, real=np.zeros_like(still.sight.pairs.real))
@@ -54,19 +54,19 @@ def test_pairs_that_are_all_alike_have_no_correlation(material: FigureData) -> N
     assert drawn(nothing) & LATENT == LATENT - {"latent-distances-near"}
 
 
-def test_without_a_whole_action_nothing_is_drawn(folder: Path) -> None:
+def test_nothing_is_drawn_without_a_whole_action(folder: Path) -> None:
     plays = read(folder / "pushed.h5", options=FigureOptions(FEW_STEPS, run_steps=999))
     assert drawn(FigureData(plays)) == set()
 
 
-def test_only_the_first_steps_count(folder: Path, material: FigureData) -> None:
+def test_run_steps_limits_what_is_read(folder: Path, material: FigureData) -> None:
     (short,) = read(folder / "two.h5", options=FigureOptions(run_steps=2000))
     (whole,) = only(material, "two").plays
     assert short.ended_at.tolist() == whole.ended_at[: len(short.ended_at)].tolist()
     assert len(short.ended_at) == len(short.displacements) < len(whole.ended_at)
 
 
-def test_a_scene_that_is_gone_takes_only_coverage_with_it(material: FigureData) -> None:
+def test_only_coverage_needs_the_scene(material: FigureData) -> None:
     (pushed,) = only(material, "pushed").plays
     assert drawn(FigureData((replace(pushed, region=None),))) == ALL - SCORES - {"coverage"}
 
@@ -79,12 +79,12 @@ def test_a_scene_that_is_gone_takes_only_coverage_with_it(material: FigureData) 
         ({"run_steps": 0}, "--run-steps must be at least 1, not 0"),
     ],
 )
-def test_what_cannot_be_asked(options: dict[str, object], message: str) -> None:
+def test_bad_options_are_refused(options: dict[str, object], message: str) -> None:
     with pytest.raises(RealBenchError, match=message):
         FigureOptions(**options)  # type: ignore[arg-type]
 
 
-def test_more_steps_than_there_are(folder: Path) -> None:
+def test_more_steps_than_recorded_are_refused(folder: Path) -> None:
     with pytest.raises(RealBenchError, match=r"one.h5 has 1,000 steps, 1,001 were asked for"):
         read_play(folder / "one.h5", "one", FigureOptions(run_steps=1001))
 
@@ -98,7 +98,7 @@ def test_results_of_other_goals_are_refused(tmp_path: Path) -> None:
     check_same_goals(())
 
 
-def test_labels_say_what_tells_recordings_apart(folder: Path) -> None:
+def test_labels_show_what_distinguishes_recordings(folder: Path) -> None:
     paths = [folder / f"{name}.h5" for name in ("pushed", "one", "two", "learned")]
     assert play_labels(paths) == [
         "pusher OM, seed 0 (pushed)",
@@ -110,7 +110,7 @@ def test_labels_say_what_tells_recordings_apart(folder: Path) -> None:
     assert str(paths[0]) in play_labels([paths[0], paths[0]])[1]
 
 
-def test_tests_are_told_apart_by_what_differs(tmp_path: Path) -> None:
+def test_series_are_labelled_by_what_differs(tmp_path: Path) -> None:
     results = reread(
         tmp_path,
         made_up(Test(), [0.1], vae={"weight": 1, "steps": 9}),
@@ -130,7 +130,7 @@ def test_tests_are_told_apart_by_what_differs(tmp_path: Path) -> None:
     ]
 
 
-def test_who_played_is_told_where_it_is_known(folder: Path, tmp_path: Path) -> None:
+def test_label_names_who_played_where_known(folder: Path, tmp_path: Path) -> None:
     plays = read(folder / "one.h5", folder / "two.h5", options=OPTIONS)
     runs = [play.sha256 for play in plays]
     results = reread(tmp_path, *(made_up(Test(run=run), [0.1]) for run in runs))
@@ -139,7 +139,7 @@ def test_who_played_is_told_where_it_is_known(folder: Path, tmp_path: Path) -> N
     assert [len(one.results) for one in FigureData((), results).series] == [2]
 
 
-def test_a_result_is_read_whole_or_not_at_all(tmp_path: Path) -> None:
+def test_foreign_json_is_not_read_as_a_result(tmp_path: Path) -> None:
     (tmp_path / "other.json").write_text("{}")
     with pytest.raises(RealBenchError, match=r"other.json is not a result"):
         read_tested(tmp_path / "other.json")
