@@ -43,7 +43,7 @@ def refusal(path):
 
 @given(goal_sets)
 @settings(deadline=None)
-def test_what_is_saved_is_loaded(goal_set):
+def test_saved_goal_set_is_loaded_unchanged(goal_set):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "goals.npy"
         save_goal_set(goal_set, path)
@@ -69,20 +69,20 @@ def test_numpy_alone_can_read_it(path):
     np.testing.assert_array_equal(retina, make_goal_set().goals[1].retina)
 
 
-def test_rows_may_be_taken_out(path):
+def test_rows_may_be_removed(path):
     np.save(path, np.load(path)[1:])
     assert [goal.sha256 for goal in load_goal_set(path).goals] == [
         goal.sha256 for goal in make_goal_set().goals[1:]
     ]
 
 
-def test_nothing_is_left_where_writing_fails(tmp_path):
+def test_failed_write_leaves_nothing(tmp_path):
     with pytest.raises(OutputError, match="cannot write"):
         save_goal_set(make_goal_set(), tmp_path / "missing" / "goals.npy")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_missing_file_is_one_line(tmp_path):
+def test_missing_file_is_reported(tmp_path):
     assert "No such file" in refusal(tmp_path / "missing.npy")
 
 
@@ -92,12 +92,12 @@ def test_foreign_bytes_are_refused(path, content):
     assert "it is not a .npy file" in refusal(path)
 
 
-def test_pickled_objects_are_refused_unread(path):
+def test_pickled_objects_are_refused(path):
     np.save(path, np.array([{"a": 1}], object), allow_pickle=True)
     assert "pickled Python objects" in refusal(path)
 
 
-def test_official_files_are_pointed_to_their_importer(tmp_path):
+def test_error_for_official_files_names_the_importer(tmp_path):
     path = tmp_path / "official.npz"
     path.write_bytes(b"PK")
     assert "realbench goals import" in refusal(path)
@@ -123,11 +123,11 @@ def test_a_malicious_header_is_refused(path, shape):
     refusal(path)
 
 
-def test_a_newer_version_says_so(path):
+def test_newer_version_is_refused(path):
     assert "it has version 7, this realbench reads 1" in refusal(changed(path, version=7))
 
 
-def test_another_format_says_so(path):
+def test_other_format_is_refused(path):
     assert "its format is not 'realbench-goals'" in refusal(
         changed(path, format="holiday-pictures")
     )
@@ -176,7 +176,7 @@ def test_an_image_of_another_size_is_refused(path):
 
 @given(st.data())
 @settings(max_examples=150, deadline=None)
-def test_no_altered_byte_goes_unnoticed_or_crashes(data):
+def test_altered_bytes_are_detected_without_crashing(data):
     goal_set = make_goal_set(n_goals=2, n_objects=1, shape=(2, 3))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "goals.npy"

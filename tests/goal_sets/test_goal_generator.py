@@ -46,7 +46,7 @@ def with_region(scene, **changes):
     return other
 
 
-def test_the_set_says_where_it_comes_from(scene, goal_set):
+def test_goal_set_records_its_origin(scene, goal_set):
     assert [goal.challenge for goal in goal_set.goals] == ["2D"] * 3 + ["2.5D"] * 3 + ["3D"] * 3
     assert (goal_set.generator, goal_set.seed) == ("realbench-1", 4)
     assert goal_set.object_names == ("cube", "tomato")
@@ -59,13 +59,13 @@ def test_every_object_starts_away_from_its_goal(goal_set):
         assert (way >= START_TO_GOAL_M).all()
 
 
-def test_objects_keep_apart_but_in_3d(states):
+def test_objects_are_kept_apart_except_in_3d(states):
     for challenge, poses in states:
         for a, b in itertools.combinations(poses[:, :3], 2):
             assert challenge == "3D" or np.linalg.norm(a - b) >= OBJECTS_APART_M
 
 
-def test_orientations_are_kept_but_in_3d(scene, states):
+def test_orientations_are_kept_except_in_3d(scene, states):
     with Simulation(scene, N_OBJECTS) as simulation:
         rest = simulation.object_poses()[:, 3:]
     drifts = {"2D": [], "2.5D": [], "3D": []}
@@ -81,7 +81,7 @@ def test_only_2d_stays_off_the_shelf(scene, goal_set):
         assert (x > shelf_from_x).any() == (goal.challenge != "2D")
 
 
-def test_pictures_are_what_a_trial_shows_first(scene, goal_set):
+def test_images_match_what_a_trial_shows_first(scene, goal_set):
     with Simulation(scene, N_OBJECTS) as simulation:
         for goal in goal_set.goals:
             simulation.reset(goal.initial_poses)
@@ -92,13 +92,13 @@ def test_pictures_are_what_a_trial_shows_first(scene, goal_set):
             np.testing.assert_array_equal(image.mask, goal.mask)
 
 
-def test_objects_stay_where_a_trial_begins(scene, goal_set):
+def test_objects_stay_at_their_initial_poses(scene, goal_set):
     with Simulation(scene, N_OBJECTS) as simulation:
         for goal in goal_set.goals[::3]:
             assert _stays(simulation, goal.initial_poses)
 
 
-def test_an_object_that_only_balances_is_noticed(scene):
+def test_balancing_object_is_detected(scene):
     on_its_edge = np.array([[0.078, 0.084, 0.423, 0.689, -0.255, -0.615, -0.286]])
     with Simulation(scene, 1) as simulation:
         assert not _stays(simulation, on_its_edge)
@@ -119,7 +119,7 @@ def test_a_goal_does_not_depend_on_how_many_are_drawn(scene, goal_set):
     ]
 
 
-def test_progress_is_told_after_each_goal(scene):
+def test_progress_is_reported_after_each_goal(scene):
     told = []
     generate_goal_set(scene, 1, 0, {"2D": 2}, lambda *numbers: told.append(numbers))
     assert told == [(1, 2), (2, 2)]
@@ -137,7 +137,9 @@ def test_progress_is_told_after_each_goal(scene):
         (0, {"2D": 10**9}, "too many, at most"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused_at_once(scene, monkeypatch, seed, counts, message):
+def test_impossible_requests_are_refused_before_simulating(
+    scene, monkeypatch, seed, counts, message
+):
     monkeypatch.delattr(generator, "Simulation")
     with pytest.raises(GoalSetError, match=message):
         generate_goal_set(scene, 1, seed, counts)
@@ -161,7 +163,7 @@ def test_a_region_where_everything_falls_is_an_error(scene, monkeypatch):
         generate_goal_set(beside_the_table, 1, 0, {"2D": 1})
 
 
-def test_a_draw_that_explodes_is_drawn_again(scene, monkeypatch):
+def test_exploding_draw_is_repeated(scene, monkeypatch):
     settle, calls = generator._settle, []
 
     def explode_once(simulation, poses):

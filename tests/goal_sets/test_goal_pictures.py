@@ -23,14 +23,14 @@ def test_a_sheet_shows_start_and_goal_in_their_colours():
     assert colours[(255, 0, 0)] == colours[(0, 0, 255)] == 200 * 150
 
 
-def test_a_set_without_any_body_can_be_drawn():
+def test_goal_set_with_an_empty_mask_can_be_drawn():
     nothing = np.full((24, 32), -1)
     goal_set = with_goal(make_goal_set(n_goals=1, shape=(24, 32)), mask=nothing)
     assert contact_sheet(goal_set).size > (400, 150)
 
 
 @pytest.mark.parametrize("title", ["goal 3, 2D: score 0.52", "a long title " * 100])
-def test_a_strip_holds_its_pictures_untouched(title):
+def test_strip_shows_its_images_unaltered(title):
     images = np.random.default_rng(0).integers(0, 256, (3, 240, 320, 3), dtype=np.uint8)
     strip = trial_strip(*images, title)
     top, left = MARGIN + 2 * CAPTION_HEIGHT, MARGIN

@@ -31,7 +31,7 @@ def goal_set():
         ("mask", np.full((6, 8), -2), "body ids -2 to -2"),
     ],
 )
-def test_a_goal_refuses_what_it_cannot_be(goal_set, field, value, message):
+def test_goal_refuses_invalid_fields(goal_set, field, value, message):
     with pytest.raises(GoalSetError, match=message):
         with_goal(goal_set, **{field: value})
 
@@ -54,7 +54,7 @@ def test_a_goal_refuses_what_it_cannot_be(goal_set, field, value, message):
         ("seed", 2**63, "seed 9223372036854775808"),
     ],
 )
-def test_a_goal_set_refuses_what_it_cannot_be(goal_set, field, value, message):
+def test_goal_set_refuses_invalid_fields(goal_set, field, value, message):
     with pytest.raises(GoalSetError, match=message):
         replace(goal_set, **{field: value})
 
@@ -80,7 +80,7 @@ def test_counts_add_up(goal_set):
     assert goal_set.n_objects == goal_set.goals[0].n_objects
 
 
-def test_the_hash_tells_every_difference_and_nothing_else(goal_set: GoalSet):
+def test_hash_changes_with_every_field_and_nothing_else(goal_set: GoalSet):
     first = goal_set.goals[0]
     variants = [
         replace(goal_set, seed=5),
@@ -102,7 +102,7 @@ def test_too_many_pixels_are_refused():
         check_size(n_goals + 1, 240, 320)
 
 
-def test_it_fits_only_its_own_scene_and_number_of_objects(official_scene):
+def test_goal_set_fits_only_its_scene_and_number_of_objects(official_scene):
     fitting = replace(make_goal_set(), scene_sha256=official_scene.sha256)
     fitting.check_fits(official_scene, 2)
     with pytest.raises(GoalSetError, match="use --objects 2"):

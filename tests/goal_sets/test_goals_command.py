@@ -28,7 +28,7 @@ def saved(tmp_path):
     return tmp_path / "saved.npy"
 
 
-def test_generate_writes_the_goals_that_were_asked_for(run, tmp_path, official_scene):
+def test_generate_writes_the_requested_goals(run, tmp_path, official_scene):
     result = run("generate", "--2d", 1, "--25d", 0, "--3d", 1, "--seed", 3)
     assert result.exit_code == 0
     goal_set = load_goal_set(tmp_path / "goals.npy")
@@ -48,12 +48,12 @@ def test_generate_writes_the_goals_that_were_asked_for(run, tmp_path, official_s
         ("--2d", 0, "--25d", 0, "--3d", 0),
     ],
 )
-def test_values_that_make_no_sense_are_usage_errors(run, tmp_path, options):
+def test_invalid_values_are_usage_errors(run, tmp_path, options):
     assert run("generate", *options).exit_code == 2
     assert list(tmp_path.iterdir()) == []
 
 
-def test_nothing_is_overwritten_unasked(run, saved, official_scene):
+def test_goal_file_is_overwritten_only_on_request(run, saved, official_scene):
     before = saved.read_bytes()
     for command in (("generate",), ("import", saved)):
         with pytest.raises(RealBenchError, match=r"saved.npy exists: use --overwrite"):
@@ -63,7 +63,7 @@ def test_nothing_is_overwritten_unasked(run, saved, official_scene):
     assert len(load_goal_set(saved)) == 1
 
 
-def test_a_missing_folder_is_found_before_any_work(run, monkeypatch):
+def test_missing_folder_is_reported_before_work_begins(run, monkeypatch):
     monkeypatch.delattr("real_bench.goal_sets.generator.generate_goal_set")
     with pytest.raises(RealBenchError, match="cannot write into missing"):
         run("generate", "--out", "missing/goals.npy")
@@ -78,7 +78,7 @@ def test_show_draws_a_picture_beside_the_file(run, saved):
     assert run("show", saved, "--overwrite", "--out", "other.png").exit_code == 0
 
 
-def test_show_refuses_what_is_no_goal_set(run, tmp_path):
+def test_show_refuses_files_that_are_no_goal_set(run, tmp_path):
     (tmp_path / "notes.npy").write_text("hello")
     with pytest.raises(GoalSetError, match=r"notes.npy cannot be used as a goal set"):
         run("show", "notes.npy")

@@ -51,7 +51,7 @@ def refusal(path, scene):
 
 
 @pytest.mark.parametrize("n_objects", [2, 3])
-def test_the_official_goals_and_their_pictures(official_scene, n_objects):
+def test_official_goals_are_imported_with_their_images(official_scene, n_objects):
     path = SHARED_GOALS / f"official-{n_objects}-objects.npz"
     if not path.is_file():
         pytest.skip(f"{path} is not here")
@@ -79,7 +79,7 @@ def _assert_pictures_are_ours(goal_set, scene):
 
 
 @pytest.mark.parametrize("n_objects", [1, 2, 3])
-def test_files_written_by_todays_numpy_are_read_too(tmp_path, official_scene, n_objects):
+def test_files_written_by_current_numpy_are_imported(tmp_path, official_scene, n_objects):
     made = replace(
         make_goal_set(n_objects=n_objects),
         scene_sha256=official_scene.sha256,
@@ -93,7 +93,7 @@ def test_files_written_by_todays_numpy_are_read_too(tmp_path, official_scene, n_
 @pytest.mark.parametrize(
     ("spelled", "meant"), [("2", "2D"), ("2d", "2D"), ("2.5", "2.5D"), ("3", "3D"), ("3D", "3D")]
 )
-def test_challenges_are_understood_however_spelled(tmp_path, official_scene, spelled, meant):
+def test_every_spelling_of_a_challenge_is_understood(tmp_path, official_scene, spelled, meant):
     path = write_official(tmp_path / "goals.npz", make_goal_set(), challenge=spelled)
     assert import_official(path, official_scene).counts[meant] == 3
 
@@ -116,7 +116,7 @@ def test_challenges_are_understood_however_spelled(tmp_path, official_scene, spe
         ({"retina": "text"}, "other than an array"),
     ],
 )
-def test_goals_that_are_none_are_refused(tmp_path, official_scene, changes, message):
+def test_malformed_goals_are_refused(tmp_path, official_scene, changes, message):
     path = write_official(tmp_path / "goals.npz", make_goal_set(), **changes)
     with pytest.raises(GoalSetError, match=message):
         import_official(path, official_scene)
@@ -215,7 +215,7 @@ def test_no_function_is_ever_called(tmp_path, official_scene, function, protocol
     assert not marker.exists()
 
 
-def test_the_refused_name_is_told(tmp_path, official_scene):
+def test_refused_name_is_reported(tmp_path, official_scene):
     hostile = pickle.dumps(Calls(os.system, "true"), 2)
     assert f"'{os.name} system'" in refusal(npz(tmp_path / "g.npz", hostile), official_scene)
 
@@ -241,7 +241,7 @@ def test_an_array_that_declares_more_than_it_holds_is_refused(tmp_path, official
 @pytest.mark.parametrize(
     ("shape", "descr"), [((10**12,), "|O"), ((1,), "<f8"), ((), "|O"), ((1, 1), "|O")]
 )
-def test_headers_that_lie_are_harmless(tmp_path, official_scene, shape, descr):
+def test_false_headers_are_refused(tmp_path, official_scene, shape, descr):
     refusal(npz(tmp_path / "goals.npz", b"\x80\x04N.", shape, descr), official_scene)
 
 
@@ -274,7 +274,7 @@ def test_archives_of_another_kind_are_refused(tmp_path, official_scene):
 @settings(
     max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
-def test_no_altered_pickle_does_more_than_fail(tmp_path, official_scene, data):
+def test_altered_pickles_fail_cleanly(tmp_path, official_scene, data):
     path = write_official(tmp_path / "goals.npz", make_goal_set(n_goals=1, shape=(2, 3)))
     pickled = bytearray(pickled_by(path))
     for _ in range(data.draw(st.integers(1, 3))):

@@ -23,13 +23,13 @@ def test_a_part_has_all_classes_in_proportion(classes: list[str], data: st.DataO
 
 
 @given(CLASSES)
-def test_fewer_goals_are_some_of_more(classes: list[str]) -> None:
+def test_smaller_parts_are_subsets_of_larger_ones(classes: list[str]) -> None:
     parts = [set(goals_in_proportion(classes, n)) for n in range(1, len(classes) + 1)]
     assert all(one < other for one, other in pairwise(parts))
     assert parts[-1] == set(range(len(classes)))
 
 
-def test_a_part_of_the_shipped_goals() -> None:
+def test_parts_of_the_shipped_goals_have_expected_counts() -> None:
     classes = load_goal_set(shipped_goal_set(1)).classes
     for n_goals, counts in ((5, (3, 1, 1)), (10, (5, 3, 2)), (20, (10, 6, 4)), (50, (25, 15, 10))):
         part = [classes[number] for number in goals_in_proportion(classes, n_goals)]

@@ -18,12 +18,12 @@ ROWS = re.findall(
 )
 
 
-def test_the_page_has_a_row_a_set() -> None:
+def test_page_has_one_row_per_set() -> None:
     assert len(ROWS) == len(list((Path(__file__).parents[2] / "goals").glob("*.npy"))) == 6
 
 
 @pytest.mark.parametrize("row", ROWS, ids=[row[0] for row in ROWS])
-def test_a_set_is_as_its_page_says(row: tuple[str, str, str, str, str]) -> None:
+def test_set_matches_its_page(row: tuple[str, str, str, str, str]) -> None:
     file, scene, objects, seed, sha256 = row
     names = tuple(objects.split(", "))
     path = shipped_goal_set(len(names), scene)
@@ -43,7 +43,7 @@ def test_no_set_ships_for_another_scene(scene: str) -> None:
     assert shipped_sizes(1, scene) == {}
 
 
-def test_a_machine_without_the_official_scene_can_do_everything(
+def test_everything_works_without_the_official_scene(
     tmp_path: Path, builtin_scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "nothing-installed"))
