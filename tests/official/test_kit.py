@@ -34,7 +34,7 @@ def commands(result: Path) -> list[str]:
     return [trial.actions_sha256 for trial in load_result(result).trials]
 
 
-def test_it_is_the_same_however_it_is_run(kit: Path) -> None:
+def test_kit_gives_the_same_commands_however_it_is_run(kit: Path) -> None:
     realbench(kit, "evaluate", *WHOM, *PLAY, *TEST)
     wanted = commands(kit / "score.json")
     assert len(set(wanted)) == 2  # trials are in order, and go on from each other
@@ -61,7 +61,7 @@ def test_it_is_the_same_however_it_is_run(kit: Path) -> None:
         assert commands(kit / out) == wanted
 
 
-def test_its_folder_may_hold_modules_with_the_names_of_ours(kit: Path) -> None:
+def test_its_modules_may_share_names_with_ours(kit: Path) -> None:
     for name in ("real_bench", "numpy", "h5py"):
         (kit / name).mkdir()
         (kit / name / "__init__.py").write_text("raise ImportError('not this one')\n")
@@ -77,7 +77,7 @@ def test_its_folder_may_hold_modules_with_the_names_of_ours(kit: Path) -> None:
     assert len(commands(kit / "score.json")) == 2
 
 
-def test_an_isolated_one_does_not_forget_its_files_unasked(kit: Path) -> None:
+def test_testing_an_isolated_play_without_isolation_is_refused(kit: Path) -> None:
     realbench(kit, "intrinsic", *WHOM, *PLAY, "--isolate")
     done = realbench(kit, "extrinsic", "--controller", CONTROLLER, *TEST, code=1)
     assert "played in isolation and wrote learned.npy, log.txt: use --isolate" in done.stderr
@@ -98,7 +98,7 @@ def test_check_says_what_runs_and_how_to_run_it(kit: Path) -> None:
     ]
 
 
-def test_check_finds_what_would_fail_after_hours(kit: Path) -> None:
+def test_check_finds_a_controller_that_cannot_be_copied(kit: Path) -> None:
     (kit / "copied.py").write_text(
         "from baseline.learner import Learner\n"
         "class Copied(Learner):\n"
@@ -115,7 +115,7 @@ def test_check_finds_what_would_fail_after_hours(kit: Path) -> None:
     assert not (kit / "run.h5").exists()
 
 
-def test_what_would_be_forgotten_is_told_and_refused(kit: Path) -> None:
+def test_missing_get_state_is_warned_of_and_refused_in_tests(kit: Path) -> None:
     done = realbench(kit, "intrinsic", *WHOM, *PLAY)
     assert "it has no get_state(): what it learns is lost after the play" in done.stderr
     done = realbench(kit, "extrinsic", *TEST, code=1)
@@ -124,7 +124,7 @@ def test_what_would_be_forgotten_is_told_and_refused(kit: Path) -> None:
     assert "--as-made" in done.stderr
 
 
-def test_the_contract_of_2019_is_told(kit: Path) -> None:
+def test_controller_of_the_2019_contract_is_recognised(kit: Path) -> None:
     (kit / "old.py").write_text(
         "from real_robots.policy import BasePolicy\n"
         "class Old(BasePolicy):\n"
