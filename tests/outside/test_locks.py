@@ -25,7 +25,7 @@ int flock(int handle, int how) { errno = ENOLCK; return -1; }
 """
 
 
-def test_only_one_writes(tmp_path: Path) -> None:
+def test_second_writer_is_refused_until_the_first_is_done(tmp_path: Path) -> None:
     path = tmp_path / "x"
     with write_lock(path):
         with pytest.raises(OutputError, match="is being written by another process"):
@@ -37,14 +37,14 @@ def test_only_one_writes(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_lock_that_was_left_is_nobodys(tmp_path: Path) -> None:
+def test_leftover_lock_file_is_free_to_take(tmp_path: Path) -> None:
     (tmp_path / ".x.lock").touch()
     with write_lock(tmp_path / "x"):
         pass
     assert not list(tmp_path.iterdir())
 
 
-def test_a_lock_is_no_link_to_somewhere_else(tmp_path: Path) -> None:
+def test_lock_that_is_a_link_is_refused(tmp_path: Path) -> None:
     (tmp_path / "precious").write_text("kept")
     (tmp_path / ".x.lock").symlink_to("precious")
     with pytest.raises(OutputError, match="cannot write into"):
@@ -53,7 +53,7 @@ def test_a_lock_is_no_link_to_somewhere_else(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL])
-def test_without_locks_there_is_a_warning(
+def test_file_system_without_locks_gives_a_warning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, number: int
 ) -> None:
     def flock(*_: object) -> None:
@@ -75,7 +75,7 @@ def test_reading_needs_no_lock(place: Path) -> None:
             assert recording.n_steps == 2000
 
 
-def test_a_file_system_without_locks(place: Path) -> None:
+def test_commands_work_on_a_file_system_without_locks(place: Path) -> None:
     """All of the command, HDF5 included, where the system's lock always fails."""
     (place / "no.c").write_text(NO_LOCKS)
     built = subprocess.run(["cc", "-shared", "-fPIC", "-o", "no.so", "no.c"], capture_output=True)

@@ -109,7 +109,7 @@ STRANGE = [name for name in vars(Strange) if not name.startswith("_")]
 
 @pytest.mark.parametrize("strange", STRANGE)
 @pytest.mark.parametrize("option", FILES)
-def test_a_file_that_cannot_be_one(place: Path, run: Run, option: str, strange: str) -> None:
+def test_unusable_output_file_is_refused(place: Path, run: Run, option: str, strange: str) -> None:
     name = "x" * 300 if strange == "long_name" else "out"
     path = place / f"{name}{SUFFIX}"
     told = getattr(Strange, strange)(path)
@@ -118,7 +118,7 @@ def test_a_file_that_cannot_be_one(place: Path, run: Run, option: str, strange: 
 
 
 @pytest.mark.parametrize("option", FILES)
-def test_a_file_with_another_name_keeps_it_for_what_was_there(
+def test_hard_link_to_a_replaced_file_keeps_the_old_content(
     place: Path, run: Run, option: str
 ) -> None:
     path, other = place / f"out{SUFFIX}", place / "other"
@@ -144,7 +144,7 @@ def test_a_link_stays_a_link(place: Path, run: Run, option: str, there: bool) ->
 
 
 @pytest.mark.parametrize("option", FILES)
-def test_a_mode_is_kept_and_a_new_one_is_what_the_umask_leaves(
+def test_file_mode_is_kept_and_new_files_follow_the_umask(
     place: Path, run: Run, option: str
 ) -> None:
     old, new = place / f"old{SUFFIX}", place / f"new{SUFFIX}"
@@ -161,7 +161,7 @@ def test_a_mode_is_kept_and_a_new_one_is_what_the_umask_leaves(
 
 
 @pytest.mark.parametrize("option", [*FILES, *FOLDERS, *STREAMS])
-def test_a_folder_without_permission(place: Path, run: Run, option: str) -> None:
+def test_folder_without_permission_is_refused(place: Path, run: Run, option: str) -> None:
     closed = place / "closed"
     closed.mkdir(mode=0o555)
     before = state_of(place)
@@ -172,7 +172,7 @@ def test_a_folder_without_permission(place: Path, run: Run, option: str) -> None
 
 
 @pytest.mark.parametrize("option", FILES)
-def test_a_full_disk(place: Path, full_disk: Path, run: Run, option: str) -> None:
+def test_full_disk_is_reported(place: Path, full_disk: Path, run: Run, option: str) -> None:
     path = full_disk / f"out{SUFFIX}"
     (full_disk / "old").rename(path)
     before = state_of(full_disk)
@@ -180,7 +180,9 @@ def test_a_full_disk(place: Path, full_disk: Path, run: Run, option: str) -> Non
 
 
 @pytest.mark.parametrize("option", FOLDERS)
-def test_a_full_disk_below_a_folder(place: Path, full_disk: Path, run: Run, option: str) -> None:
+def test_full_disk_below_an_output_folder_is_reported(
+    place: Path, full_disk: Path, run: Run, option: str
+) -> None:
     before = state_of(full_disk)
     done = run(FOLDERS[option], full_disk / "new" if option == "figures --out" else full_disk)
     (full_disk / "new").rmdir() if (full_disk / "new").exists() else None
@@ -189,7 +191,9 @@ def test_a_full_disk_below_a_folder(place: Path, full_disk: Path, run: Run, opti
 
 @pytest.mark.parametrize("strange", ["device", "pipe", "read_only", "link_to_itself", "long_name"])
 @pytest.mark.parametrize("option", FOLDERS)
-def test_a_folder_that_cannot_be_one(place: Path, run: Run, option: str, strange: str) -> None:
+def test_unusable_output_folder_is_refused(
+    place: Path, run: Run, option: str, strange: str
+) -> None:
     path = place / ("x" * 300 if strange == "long_name" else "out")
     getattr(Strange, strange)(path)
     before = state_of(place)
@@ -197,7 +201,7 @@ def test_a_folder_that_cannot_be_one(place: Path, run: Run, option: str, strange
 
 
 @pytest.mark.parametrize("option", FOLDERS)
-def test_other_names_of_files_in_a_folder_keep_what_they_name(
+def test_hard_links_to_files_in_a_folder_keep_the_old_content(
     place: Path, run: Run, option: str
 ) -> None:
     folder, other = place / "real", place / "other"
@@ -214,7 +218,7 @@ def test_other_names_of_files_in_a_folder_keep_what_they_name(
 
 @pytest.mark.parametrize("strange", ["folder", "read_only", "link_to_itself"])
 @pytest.mark.parametrize("option", STREAMS)
-def test_a_summary_that_cannot_be_one(place: Path, run: Run, option: str, strange: str) -> None:
+def test_unusable_summary_path_is_refused(place: Path, run: Run, option: str, strange: str) -> None:
     path = place / "out"
     told = getattr(Strange, strange)(path)
     before = state_of(place)
@@ -232,12 +236,12 @@ def test_a_device_gets_a_summary_and_stays_a_device(place: Path, run: Run, optio
 
 
 @pytest.mark.parametrize("option", STREAMS)
-def test_a_full_device(place: Path, run: Run, option: str) -> None:
+def test_full_device_is_reported(place: Path, run: Run, option: str) -> None:
     refused(run(STREAMS[option], "/dev/full"), place, state_of(place), "No space left on device")
 
 
 @pytest.mark.parametrize("option", STREAMS)
-def test_a_pipe_that_is_read_gets_a_summary(place: Path, run: Run, option: str) -> None:
+def test_pipe_with_a_reader_gets_a_summary(place: Path, run: Run, option: str) -> None:
     path, got = place / "pipe", []
     os.mkfifo(path)
     reader = threading.Thread(target=lambda: got.append(path.read_bytes()))
@@ -253,7 +257,7 @@ def test_a_pipe_that_is_read_gets_a_summary(place: Path, run: Run, option: str) 
 
 
 @pytest.mark.parametrize("option", STREAMS)
-def test_a_pipe_that_nobody_reads(place: Path, run: Run, option: str) -> None:
+def test_pipe_without_a_reader_is_refused(place: Path, run: Run, option: str) -> None:
     path = place / "pipe"
     os.mkfifo(path)
     refused(run(STREAMS[option], path), place, state_of(place), "is a pipe that nobody reads")
@@ -269,7 +273,7 @@ def test_a_standard_stream_gets_a_summary(place: Path, run: Run, option: str, st
     assert printed.count("complete") >= (1 if stream.endswith("err") else 2)
 
 
-def test_a_summary_is_appended_to_and_its_other_name_sees_it(place: Path, run: Run) -> None:
+def test_summary_is_appended_in_place(place: Path, run: Run) -> None:
     path, other = place / "summary.md", place / "other"
     path.write_text("before\n")
     os.link(path, other)
@@ -283,7 +287,7 @@ def test_a_summary_is_appended_to_and_its_other_name_sees_it(place: Path, run: R
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
 
 
-def test_a_summary_of_what_was_refused_leaves_no_empty_file(place: Path, run: Run) -> None:
+def test_refused_command_leaves_no_empty_summary(place: Path, run: Run) -> None:
     done = run(("score", "none.json", "--markdown"), place / "summary.md")
     assert "result not found: none.json" in done.last
     assert not (place / "summary.md").exists()
@@ -291,7 +295,7 @@ def test_a_summary_of_what_was_refused_leaves_no_empty_file(place: Path, run: Ru
 
 @needs_root
 @pytest.mark.parametrize("option", [*FILES, *STREAMS])
-def test_a_file_that_is_mounted_by_itself(place: Path, run: Run, option: str) -> None:
+def test_file_mounted_by_itself_is_never_replaced(place: Path, run: Run, option: str) -> None:
     """As a container has it; its name has what the list of mounts writes otherwise."""
     path, source = place / f"o ut\\{SUFFIX}", place / "source"
     path.touch()
@@ -311,7 +315,7 @@ def test_a_file_that_is_mounted_by_itself(place: Path, run: Run, option: str) ->
 
 
 @pytest.mark.parametrize("option", FILES)
-def test_where_a_command_prints_to_is_no_place_for_its_file(
+def test_output_file_that_is_standard_output_is_refused(
     place: Path, option: str, capfd: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = tmp_path / f"log{SUFFIX}"

@@ -50,14 +50,14 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
         "junit.xml",
     ],
 )
-def test_no_folder_of_the_user_is_in_what_is_given_to_others(place: Path, file: str) -> None:
+def test_shared_files_contain_no_folder_of_the_user(place: Path, file: str) -> None:
     text = (place / file).read_text()
     assert "mine" in text
     assert "a-home-of-somebody" not in text
     assert str(Path.home()) + "/" not in text
 
 
-def test_the_controller_is_found_again_all_the_same(place: Path) -> None:
+def test_controller_is_still_found_from_elsewhere(place: Path) -> None:
     assert json.loads((place / "score.json").read_text())["setting"]["controller"] == "mine.py"
     test = ("extrinsic", "--run", place / "run.h5", "--goals", place / "goals.npy")
     realbench(Path("/"), *test, "--trial-steps", "1000", "--out", place / "again.json")

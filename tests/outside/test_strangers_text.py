@@ -122,7 +122,9 @@ TERMINAL: dict[str, Callable[[str], None]] = {
 
 @pytest.mark.parametrize("name", TEXTS)
 @pytest.mark.parametrize("place", TERMINAL)
-def test_terminal(place: str, name: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_terminal_shows_text_without_control_characters(
+    place: str, name: str, capfd: pytest.CaptureFixture[str]
+) -> None:
     TERMINAL[place](TEXTS[name])
     printed = "".join(capfd.readouterr())
     assert all(letter.isprintable() or letter in "\n\t" for letter in printed)
@@ -130,7 +132,7 @@ def test_terminal(place: str, name: str, capfd: pytest.CaptureFixture[str]) -> N
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_terminal_error(
+def test_error_line_shows_text_without_control_characters(
     name: str, capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a controller that raises."""
@@ -191,7 +193,7 @@ MARKDOWN = {"failure": failed, "table": tabled, "verdict": judged, "leaderboard"
 
 @pytest.mark.parametrize("name", TEXTS)
 @pytest.mark.parametrize("place", MARKDOWN)
-def test_markdown(place: str, name: str) -> None:
+def test_markdown_shows_text_as_plain_text(place: str, name: str) -> None:
     """As a real renderer shows it: no element but those that a plain name has, and the text."""
     renderer = MarkdownIt("commonmark").enable(["table", "strikethrough"])
     found = _Words(renderer.render(MARKDOWN[place](TEXTS[name])))
@@ -206,14 +208,14 @@ def test_markdown(place: str, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_markdown_makes_no_address_of_it(name: str) -> None:
+def test_markdown_turns_nothing_into_a_link(name: str) -> None:
     """What GitHub makes links of, without any mark."""
     page = failed(TEXTS[name])
     assert not re.search(r"https?://|(?<!\\)www\.|(?<!\\)@|(?<!\\)\$", page)
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_html(name: str) -> None:
+def test_html_shows_text_as_plain_text(name: str) -> None:
     def page(text: str) -> _Words:
         told = Table(text, (text,), ((text,),), (text,), text)
         return _Words(render(Report(text, [told], remarks=[text])))
@@ -223,7 +225,7 @@ def test_html(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_junit(name: str) -> None:
+def test_junit_shows_text_as_plain_text(name: str) -> None:
     _, cases = verdicts.failure(ControllerFailedError(TEXTS[name]), 0.0)
     root = ET.fromstring(cases.tostring())
     tags = sorted(element.tag for element in root.iter())
@@ -234,7 +236,7 @@ def test_junit(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TEXTS)
-def test_latex(name: str) -> None:
+def test_latex_keeps_notes_in_comments(name: str) -> None:
     """Notes are comments; a line of one must not become a line of the table."""
     spec = spec_of(TEXTS[name])
     lines = latex_table(spec, rows_of(spec)).splitlines()

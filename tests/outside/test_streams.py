@@ -28,34 +28,34 @@ def shell(folder: Path, line: str, **environment: str | None) -> subprocess.Comp
 
 
 @pytest.mark.parametrize("asked", ["inspect run.h5", "inspect run.h5 --json", "--help"])
-def test_a_full_disk_behind_standard_output(place: Path, asked: str) -> None:
+def test_full_disk_behind_standard_output_is_reported(place: Path, asked: str) -> None:
     done = shell(place, f"$R {asked} > /dev/full")
     assert done.returncode == 1
     assert done.stderr == "realbench: error: No space left on device\n"
 
 
-def test_a_full_disk_behind_standard_error(place: Path) -> None:
+def test_full_disk_behind_standard_error_exits_with_1(place: Path) -> None:
     assert shell(place, "$R inspect none.h5 2> /dev/full").returncode == 1
     assert shell(place, "$R inspect none.h5 > /dev/full 2>&1").returncode == 1
 
 
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
 @pytest.mark.parametrize("asked", ["inspect run.h5", DOCTOR])
-def test_closed_streams(place: Path, closed: str, asked: str) -> None:
+def test_closed_streams_are_ignored(place: Path, closed: str, asked: str) -> None:
     """What is printed there is lost, as asked for; all else is as ever."""
     done = shell(place, f"$R {asked} {closed}")
     assert (done.returncode, done.stderr) == (0, "")
     assert ("real-bench" in done.stdout) == (">&-" not in closed or closed == "2>&-")
 
 
-def test_a_file_never_takes_the_place_of_a_closed_stream(place: Path) -> None:
+def test_recording_is_intact_where_streams_are_closed(place: Path) -> None:
     play = "intrinsic --controller real_r --condition OM --scene builtin --steps 1000"
     done = shell(place, f"$R {play} --out new.h5 <&- >&- 2>&-")
     assert done.returncode == 0
     assert shell(place, "$R inspect new.h5").returncode == 0
 
 
-def test_a_reader_that_leaves(place: Path) -> None:
+def test_reader_that_leaves_early_causes_no_error(place: Path) -> None:
     done = shell(place, "$R inspect run.h5 | head -1")
     assert done.stdout.startswith("file")
     assert done.stderr == ""
@@ -69,7 +69,9 @@ def test_a_reader_that_leaves(place: Path) -> None:
     "terminal", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONUTF8": "0",
                  "PYTHONCOERCECLOCALE": "0"}], ids=["ascii", "C"],
 )  # fmt: skip
-def test_an_ascii_terminal(place: Path, terminal: dict[str, str], asked: str) -> None:
+def test_ascii_terminal_gets_ascii_output(
+    place: Path, terminal: dict[str, str], asked: str
+) -> None:
     result = load_result(place / "score.json")
     setting = result.setting.model_copy(update={"seed": 7})
     result.model_copy(update={"setting": setting}).save(place / "score2.json")
@@ -78,7 +80,7 @@ def test_an_ascii_terminal(place: Path, terminal: dict[str, str], asked: str) ->
     assert done.stdout.isascii()
 
 
-def test_no_home(place: Path) -> None:
+def test_missing_home_is_reported_only_where_it_is_needed(place: Path) -> None:
     """A user of a number that nobody has, as containers give it."""
     if not ROOT:
         pytest.skip("only root may be another user")
@@ -127,7 +129,7 @@ TEST = "extrinsic --controller {} --condition OM --scene builtin --goals goals.n
         "goals show $PWD/goals.npy",
     ],
 )
-def test_a_folder_whose_name_is_no_utf_8(odd: Path, asked: str) -> None:
+def test_folder_name_that_is_not_utf_8_is_accepted(odd: Path, asked: str) -> None:
     done = shell(odd, f"$R {asked}")
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
@@ -136,7 +138,7 @@ def test_a_folder_whose_name_is_no_utf_8(odd: Path, asked: str) -> None:
 @pytest.mark.parametrize(
     "asked", [PLAY.format("mine.py"), TEST.format("$PWD/mine.py") + " --out new.json"]
 )
-def test_what_a_file_cannot_tell_is_one_line_before_any_work(odd: Path, asked: str) -> None:
+def test_unrecordable_controller_path_is_refused_before_work_begins(odd: Path, asked: str) -> None:
     done = shell(odd, f"$R {asked}")
     assert done.returncode == 1
     fault = after_first_line(done.stderr)
@@ -146,14 +148,14 @@ def test_what_a_file_cannot_tell_is_one_line_before_any_work(odd: Path, asked: s
     assert not list(odd.glob("new.*"))
 
 
-def test_a_name_that_is_no_text_at_all(odd: Path) -> None:
+def test_report_shows_a_file_name_that_is_not_text(odd: Path) -> None:
     (odd / os.fsdecode(b"\xff.h5")).write_bytes((odd / "run.h5").read_bytes())
     done = shell(odd, "$R report $'\\xff.h5' --out report.html")
     assert done.returncode == 0, done.stderr
     assert "<h3>?.h5</h3>" in (odd / "report.html").read_text(encoding="utf-8")
 
 
-def test_python_users_try_the_package_first(tmp_path: Path) -> None:
+def test_package_runs_with_python_m(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "real_bench", "--help"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0

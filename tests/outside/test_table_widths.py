@@ -19,7 +19,7 @@ RESULTS = "evaluation/results/full-scale"
         ("compare", f"{RESULTS}/real_ld-IM-1-*-a.json", f"{RESULTS}/real_d-OM-1-*-a.json"),
     ],
 )
-def test_a_table_takes_a_hundred_columns(
+def test_tables_fit_into_a_hundred_columns(
     command: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "100")
@@ -27,7 +27,7 @@ def test_a_table_takes_a_hundred_columns(
     assert max(map(len, lines)) <= 100
 
 
-def test_every_number_of_the_paper_table_is_in_both_forms(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_text_table_has_every_cell_of_the_markdown_table(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
     table = ("table", "evaluation/paper.yaml")
     told = realbench(ROOT, *table).stdout
@@ -37,7 +37,7 @@ def test_every_number_of_the_paper_table_is_in_both_forms(monkeypatch: pytest.Mo
             assert all(cell.strip() in told for cell in line.split("|"))
 
 
-def test_what_nobody_has_has_no_column(tmp_path: Path) -> None:
+def test_columns_without_values_are_left_out(tmp_path: Path) -> None:
     (tmp_path / "x.yaml").write_text(
         "{scene: builtin, run: false, cells: [{controller: real_r, condition: OM, play: none}],"
         " goals: {few: {seed: 1}}}"

@@ -14,7 +14,7 @@ WIDTHS = ["0", "1", "10", "30", "40", "80", "200", "many", ""]
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_compare(
+def test_compare_shows_whole_numbers_at_any_width(
     place: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: str
 ) -> None:
     result = load_result(place / "score.json")
@@ -29,7 +29,7 @@ def test_compare(
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_table_of_scores(
+def test_score_table_shows_whole_numbers_at_any_width(
     place: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: str
 ) -> None:
     monkeypatch.setenv("COLUMNS", width)
@@ -42,7 +42,7 @@ def test_table_of_scores(
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-def test_table_of_an_experiment(
+def test_experiment_table_shows_whole_numbers_at_any_width(
     place: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: str
 ) -> None:
     monkeypatch.setenv("COLUMNS", width)
@@ -54,7 +54,7 @@ def test_table_of_an_experiment(
 
 
 @pytest.mark.parametrize("width", ["0", "25", "40", "71"])
-def test_a_bar_without_room_for_numbers_is_a_log(
+def test_narrow_progress_bar_becomes_a_log(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: str
 ) -> None:
     monkeypatch.setenv("COLUMNS", width)
@@ -66,7 +66,7 @@ def test_a_bar_without_room_for_numbers_is_a_log(
 
 
 @pytest.mark.parametrize("width", ["72", "100"])
-def test_a_bar_with_room_shows_all_its_numbers(
+def test_wide_progress_bar_shows_all_its_numbers(
     capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, width: str
 ) -> None:
     monkeypatch.setenv("COLUMNS", width)

@@ -104,14 +104,14 @@ PLACES: dict[str, Read] = {
 
 @pytest.mark.parametrize("text", VALUES)
 @pytest.mark.parametrize("place", PLACES)
-def test_a_value(tmp_path: Path, place: str, text: str) -> None:
+def test_value_has_the_expected_type(tmp_path: Path, place: str, text: str) -> None:
     found = PLACES[place](tmp_path, text)
     assert (type(found), found) == (type(VALUES[text]), VALUES[text])
 
 
 @pytest.mark.parametrize("text", REFUSED)
 @pytest.mark.parametrize("place", PLACES)
-def test_a_value_that_is_none(tmp_path: Path, place: str, text: str) -> None:
+def test_unreadable_value_is_refused_in_one_line(tmp_path: Path, place: str, text: str) -> None:
     with pytest.raises((ControllerError, ExperimentError, SceneError)) as caught:
         PLACES[place](tmp_path, text)
     told = str(caught.value)
@@ -132,7 +132,7 @@ TWICE = "seed: 3\nsteps: 1\nseed: 5\n"
     ],
     ids=["settings", "experiment", "manifest", "scene"],
 )
-def test_what_is_given_twice_is_told_with_its_line(
+def test_duplicate_name_is_refused_with_its_line(
     tmp_path: Path, read: Callable[[Path], Any]
 ) -> None:
     path = tmp_path / "x.yaml"
@@ -141,7 +141,7 @@ def test_what_is_given_twice_is_told_with_its_line(
         read(path)
 
 
-def test_a_mark_of_the_encoding_is_no_name(tmp_path: Path) -> None:
+def test_byte_order_mark_is_ignored(tmp_path: Path) -> None:
     path = tmp_path / "x.yaml"
     path.write_bytes(b"\xef\xbb\xbf" + json.dumps({"a": 1}).encode())
     assert read_settings(path, ()) == {"a": 1}
