@@ -65,7 +65,7 @@ def transitions(path: Path) -> list[bytes]:
         return [one.tobytes() for one in recording.transitions]
 
 
-def test_a_clock_does_go_backwards(tmp_path: Path, clock: Clock) -> None:
+def test_fake_clock_goes_backwards(tmp_path: Path, clock: Clock) -> None:
     """Or what follows would show nothing."""
     program = "import time\nprint(time.time(), flush=True)\ninput()\nprint(time.time())"
     told = [sys.executable, "-c", program]
@@ -79,7 +79,7 @@ def test_a_clock_does_go_backwards(tmp_path: Path, clock: Clock) -> None:
     assert float(last) < first - 86_000
 
 
-def test_a_play_is_the_same_and_can_be_resumed(tmp_path: Path, clock: Clock) -> None:
+def test_clock_change_leaves_a_play_the_same_and_resumable(tmp_path: Path, clock: Clock) -> None:
     play = ["intrinsic", "--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
     told = [*play, "--steps", "30000", "--out"]
     assert run(realbench(*told, "as-ever.h5", eager=True), tmp_path).returncode == 0
@@ -101,7 +101,7 @@ def test_a_play_is_the_same_and_can_be_resumed(tmp_path: Path, clock: Clock) -> 
 
 
 @pytest.mark.parametrize("options", [[], ["--isolate"], ["--jobs", "2"]])
-def test_a_test_is_the_same(
+def test_clock_change_leaves_a_test_the_same(
     tmp_path: Path, goals: GoalSet, clock: Clock, options: list[str]
 ) -> None:
     save_goal_set(goals, tmp_path / "goals.npy")

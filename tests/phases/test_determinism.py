@@ -44,14 +44,14 @@ def kept(folder: Path, name: str) -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("options", [["--jobs", "2"], ["--isolate"], ["--jobs", "3", "--isolate"]])
-def test_not_how_many_processes_nor_isolation(alone: tuple[Path, str], options: list[str]) -> None:
+def test_processes_and_isolation_do_not_matter(alone: tuple[Path, str], options: list[str]) -> None:
     folder, condition = alone
     out = f"{'-'.join(options)}.json"
     realbench(folder, *command(condition), *options, "--out", out)
     assert kept(folder, out) == kept(folder, "alone.json")
 
 
-def test_not_where_it_was_resumed(alone: tuple[Path, str]) -> None:
+def test_point_of_resuming_does_not_matter(alone: tuple[Path, str]) -> None:
     folder, condition = alone
     whole = load_result(folder / "alone.json")
     for done in range(len(whole.trials)):
@@ -63,7 +63,7 @@ def test_not_where_it_was_resumed(alone: tuple[Path, str]) -> None:
         assert kept(folder, "part.json") == whole.trials
 
 
-def test_not_what_the_process_did_before(
+def test_what_the_process_did_before_does_not_matter(
     alone: tuple[Path, str], goals: GoalSet, scene: Scene
 ) -> None:
     """Three other simulations, still open, of other conditions and numbers of objects."""
@@ -82,7 +82,7 @@ def test_not_what_the_process_did_before(
     assert result.trials == kept(folder, "alone.json")
 
 
-def test_the_file_but_for_the_time_it_took(alone: tuple[Path, str]) -> None:
+def test_result_file_is_the_same_except_for_its_timing(alone: tuple[Path, str]) -> None:
     folder, condition = alone
     realbench(folder, *command(condition), "--out", "again.json")
     first, again = (

@@ -43,7 +43,7 @@ def test_explaining_changes_no_score(face_goals: FaceGoals, run: Path) -> None:
     ]
 
 
-def test_every_decision_is_told(face_goals: FaceGoals, goals: GoalSet, run: Path) -> None:
+def test_every_decision_is_explained(face_goals: FaceGoals, goals: GoalSet, run: Path) -> None:
     result = face_goals("real_d", run=run, explanations=Path("why"), **PLANNING)
     assert len(result.trials) == 2
     for trial in result.trials:
@@ -76,7 +76,7 @@ def check_plan(decision: dict[str, object], run: Path) -> None:
         assert missed is None
 
 
-def test_plans_are_drawn_on_what_the_camera_saw(
+def test_plans_are_drawn_on_the_camera_image(
     face_goals: FaceGoals, goals: GoalSet, run: Path
 ) -> None:
     with Recording(run) as recording:  # a goal that the farthest push leads to
@@ -93,7 +93,7 @@ def test_plans_are_drawn_on_what_the_camera_saw(
         assert (colours == colour).all(axis=1).sum() > 20
 
 
-def test_a_controller_that_does_not_explain_itself_is_drawn_all_the_same(
+def test_decisions_without_an_explanation_are_drawn_too(
     face_goals: FaceGoals,
 ) -> None:
     number = face_goals("real_r", explanations=Path("why"), **PLANNING).trials[1].goal
@@ -113,7 +113,7 @@ def test_a_controller_that_does_not_explain_itself_is_drawn_all_the_same(
         ("Explanation('odd', {'x': float('nan')})", RealBenchError, "cannot be written as JSON"),
     ],
 )
-def test_odd_explanations_are_one_clear_error(
+def test_malformed_explanations_are_refused(
     face_goals: FaceGoals,
     tmp_path: Path,
     answer: str,

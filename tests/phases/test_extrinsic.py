@@ -36,7 +36,7 @@ def scores(path: Path) -> dict[str, Any]:
     ("controller", "condition"),
     [("real_r", "IM"), (toy("tested:Changes"), "OM"), (toy("tested:GlobalRandomness"), "OJ")],
 )
-def test_two_processes_give_what_one_gives(
+def test_two_processes_give_the_same_as_one(
     face_goals: FaceGoals, controller: str, condition: str
 ) -> None:
     for jobs, out in ((1, "one"), (2, "two"), (1, "again")):
@@ -44,7 +44,7 @@ def test_two_processes_give_what_one_gives(
     assert scores(Path("one")) == scores(Path("two")) == scores(Path("again"))
 
 
-def test_another_seed_gives_another_test(face_goals: FaceGoals) -> None:
+def test_another_seed_gives_other_actions(face_goals: FaceGoals) -> None:
     one, other = (face_goals("real_r", seed=seed, out=str(seed), n_trials=1) for seed in (0, 1))
     assert one.trials[0].actions_sha256 != other.trials[0].actions_sha256
 
@@ -59,7 +59,7 @@ def test_trials_are_independent_of_their_order(face_goals: FaceGoals, make_plan:
     maker.close()
 
 
-def test_a_controller_that_learns_meets_the_goals_in_order(face_goals: FaceGoals) -> None:
+def test_learning_controller_meets_the_goals_in_order(face_goals: FaceGoals) -> None:
     learned = [face_goals(toy("tested:Learns"), jobs=jobs, out=f"{jobs}") for jobs in (1, 2)]
     assert scores(Path("1")) == scores(Path("2"))
     fresh = face_goals(toy("tested:Changes"), out="fresh")
@@ -68,19 +68,19 @@ def test_a_controller_that_learns_meets_the_goals_in_order(face_goals: FaceGoals
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_that_a_controller_learns_must_be_known_before(face_goals: FaceGoals, jobs: int) -> None:
+def test_learning_across_trials_must_be_set_on_the_class(face_goals: FaceGoals, jobs: int) -> None:
     with pytest.raises(ControllerError, match="on the class"):
         face_goals(toy("tested:SaysThatItLearns"), jobs=jobs, n_trials=2)
 
 
-def test_a_state_is_given_only_to_its_maker(play: Play, face_goals: FaceGoals) -> None:
+def test_state_of_another_controller_is_not_loaded(play: Play, face_goals: FaceGoals) -> None:
     run = play(toy("series:Macros"), 2000)
     other = toy("series:StepMacros")
     alone = face_goals(other, n_trials=1, trial_steps=100, out="alone.json")
     assert face_goals(other, run=run, n_trials=1, trial_steps=100).trials == alone.trials
 
 
-def test_scores_follow_from_where_the_objects_ended(face_goals: FaceGoals, goals: GoalSet) -> None:
+def test_scores_follow_from_the_final_poses(face_goals: FaceGoals, goals: GoalSet) -> None:
     for trial, goal in zip(face_goals("real_r").trials, goals.goals, strict=True):
         ends = np.array(trial.final_poses)[:, :3]
         far = np.linalg.norm(ends - goal.final_poses[:, :3], axis=1)
@@ -89,7 +89,7 @@ def test_scores_follow_from_where_the_objects_ended(face_goals: FaceGoals, goals
         assert trial.challenge == goal.challenge
 
 
-def test_a_controller_handed_over_is_tested_as_one_from_the_file(
+def test_controller_handed_over_is_tested_like_one_from_the_file(
     play: Play, face_goals: FaceGoals, make_plan: MakePlan, scene: Scene
 ) -> None:
     controller, out = toy("series:Macros"), Path("handed.h5")
@@ -116,7 +116,7 @@ def test_a_controller_handed_over_is_tested_as_one_from_the_file(
         ({"controller": "nobody"}, "real_r"),
     ],
 )
-def test_what_cannot_be_tested_is_refused(
+def test_bad_test_options_are_refused(
     face_goals: FaceGoals, tmp_path: Path, change: dict[str, Any], complaint: str
 ) -> None:
     with pytest.raises(RealBenchError, match=complaint):
@@ -133,7 +133,7 @@ def test_what_cannot_be_tested_is_refused(
         ("condition", {"condition": "IM"}),
     ],
 )
-def test_another_test_cannot_go_on(
+def test_result_of_another_test_cannot_be_resumed(
     face_goals: FaceGoals, field: str, change: dict[str, Any]
 ) -> None:
     settings: dict[str, Any] = {"controller": "real_r", "n_trials": 1, "trial_steps": 500}
@@ -144,7 +144,7 @@ def test_another_test_cannot_go_on(
     assert Path("score.json").read_bytes() == before
 
 
-def test_a_test_can_be_given_more_trials_but_not_fewer(face_goals: FaceGoals) -> None:
+def test_resumed_test_can_have_more_trials_but_not_fewer(face_goals: FaceGoals) -> None:
     whole = face_goals("real_r", out="whole.json", trial_steps=500)
     face_goals("real_r", n_trials=2, trial_steps=500)
     assert face_goals("real_r", n_trials=4, trial_steps=500, resume=True).trials == whole.trials
@@ -153,7 +153,9 @@ def test_a_test_can_be_given_more_trials_but_not_fewer(face_goals: FaceGoals) ->
         face_goals("real_r", n_trials=3, trial_steps=500, resume=True)
 
 
-def test_a_part_is_of_all_classes_and_goes_on(face_goals: FaceGoals, goals: GoalSet) -> None:
+def test_part_of_the_goals_spans_classes_and_can_be_extended(
+    face_goals: FaceGoals, goals: GoalSet
+) -> None:
     """A test of two goals, resumed to three of the same set, is a test of three."""
     assert goals.classes == ("2D", "2D", "2.5D", "3D")
     two = face_goals("real_r", n_trials=2, trial_steps=300)
@@ -169,7 +171,7 @@ def test_a_part_is_of_all_classes_and_goes_on(face_goals: FaceGoals, goals: Goal
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_fault_in_a_trial_keeps_the_trials_before(face_goals: FaceGoals, jobs: int) -> None:
+def test_failing_trial_keeps_the_trials_before_it(face_goals: FaceGoals, jobs: int) -> None:
     controller = toy("tested:FailsOnce")
     with pytest.raises(ControllerError, match=r"tested\.py, line \d+: ValueError: no idea"):
         face_goals(controller, jobs=jobs)
@@ -180,7 +182,7 @@ def test_a_fault_in_a_trial_keeps_the_trials_before(face_goals: FaceGoals, jobs:
     assert face_goals(controller, jobs=jobs, resume=True).trials == whole.trials
 
 
-def test_physics_that_explodes_is_told_with_its_goal(
+def test_exploding_physics_is_reported_with_its_goal(
     face_goals: FaceGoals, goals: GoalSet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begin = Task.begin
@@ -196,7 +198,7 @@ def test_physics_that_explodes_is_told_with_its_goal(
     assert n_tested(Path("score.json")) == 2
 
 
-def test_what_was_learned_in_trials_cannot_go_on(face_goals: FaceGoals) -> None:
+def test_result_of_a_learning_controller_cannot_be_resumed(face_goals: FaceGoals) -> None:
     controller = toy("tested:Learns")
     result = face_goals(controller)
     cut = result.model_copy(update={"trials": result.trials[:2], "seconds": {}})
@@ -225,7 +227,7 @@ def uninterrupted(goals_path: Path, tmp_path_factory: pytest.TempPathFactory) ->
 
 
 @LINUX
-def test_a_test_that_is_killed_goes_on_and_leaves_no_process(
+def test_killed_test_can_be_resumed_and_leaves_no_process(
     goals_path: Path, uninterrupted: Path, tmp_path: Path
 ) -> None:
     process = start(command(goals_path, jobs=2), tmp_path)
@@ -239,7 +241,7 @@ def test_a_test_that_is_killed_goes_on_and_leaves_no_process(
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_test_that_is_stopped_says_how_to_go_on(
+def test_stopped_test_says_how_to_resume(
     goals_path: Path, uninterrupted: Path, tmp_path: Path, jobs: int
 ) -> None:
     process = start(command(goals_path, jobs), tmp_path, os.setsid)
@@ -294,7 +296,7 @@ def is_alive(pid: int) -> bool:
         return False
 
 
-def test_a_worker_that_dies_is_told_and_finished_trials_are_kept(
+def test_dead_worker_is_reported_and_finished_trials_are_kept(
     goals_path: Path, tmp_path: Path
 ) -> None:
     died = run(command(goals_path, jobs=2, controller="tested:Dies"), tmp_path)

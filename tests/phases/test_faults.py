@@ -42,7 +42,7 @@ def goals_file(goals: GoalSet, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("command", [[*PLAY, "--steps", "1000"], [*TEST, "--trials", "1"]])
-def test_a_folder_that_cannot_be_written_is_told_before_any_work(
+def test_unwritable_folder_is_reported_before_work_begins(
     tmp_path: Path, goals_file: Path, command: list[str]
 ) -> None:
     more = ["--goals", goals_file] if command[0] == "extrinsic" else []
@@ -52,7 +52,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_any_work(
     assert "Read-only file system" in done.stderr
 
 
-def test_a_test_on_a_full_disk_goes_on_once_there_is_room(tmp_path: Path, goals_file: Path) -> None:
+def test_full_disk_stops_a_test_that_can_be_resumed_later(tmp_path: Path, goals_file: Path) -> None:
     told = [*TEST, "--goals", goals_file, "--resume"]
     realbench(tmp_path, *told, "--out", "whole.json")
     whole = load_result(tmp_path / "whole.json")
@@ -68,7 +68,7 @@ def test_a_test_on_a_full_disk_goes_on_once_there_is_room(tmp_path: Path, goals_
         assert load_result(folder / "score.json").trials == whole.trials
 
 
-def test_a_recording_that_is_removed_while_it_is_made_is_whole_in_the_end(tmp_path: Path) -> None:
+def test_recording_removed_during_the_play_is_whole_in_the_end(tmp_path: Path) -> None:
     process = subprocess.Popen(
         eager_realbench(*PLAY, "--steps", 40_000, eager=True),
         cwd=tmp_path,

@@ -53,7 +53,7 @@ def may_not_write_beyond_20_kb() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
 
-def test_a_film_that_cannot_be_written_is_one_clear_error(goals_path: Path, tmp_path: Path) -> None:
+def test_unwritable_film_gives_a_one_line_error(goals_path: Path, tmp_path: Path) -> None:
     test = ("extrinsic", "--controller", "real_r", "--condition", "OM", "--scene", SCENE)
     command = realbench(*test, "--goals", goals_path, "--video", "films", eager=True)
     process = start(command, tmp_path, may_not_write_beyond_20_kb)
@@ -64,7 +64,7 @@ def test_a_film_that_cannot_be_written_is_one_clear_error(goals_path: Path, tmp_
     assert fault.count("\n") == 1
 
 
-def test_a_folder_is_no_address(face_goals: FaceGoals) -> None:
+def test_folder_name_with_a_colon_is_not_taken_for_a_protocol(face_goals: FaceGoals) -> None:
     """FFmpeg takes what stands before a colon for a protocol."""
     folder = Path("2026-01-01T12:00:00")
     face_goals("real_r", n_trials=1, trial_steps=100, videos=folder)
@@ -78,7 +78,7 @@ def never(*_: object) -> None:
 
 @pytest.mark.parametrize("what", ["videos", "pictures", "explanations"])
 @pytest.mark.parametrize("folder", ["/proc/nope", "taken"])
-def test_where_films_and_pictures_go_is_tried_before_any_work(
+def test_film_and_picture_folders_are_checked_before_work_begins(
     face_goals: FaceGoals, monkeypatch: pytest.MonkeyPatch, what: str, folder: str
 ) -> None:
     Path("taken").write_text("a file")
@@ -88,7 +88,7 @@ def test_where_films_and_pictures_go_is_tried_before_any_work(
     assert not Path("score.json").exists()
 
 
-def test_an_ffmpeg_that_cannot_make_films_is_told_before_any_work(
+def test_ffmpeg_that_cannot_encode_is_reported_before_work_begins(
     face_goals: FaceGoals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(TrialMaker, "__init__", never)
@@ -97,7 +97,7 @@ def test_an_ffmpeg_that_cannot_make_films_is_told_before_any_work(
         face_goals("real_r", n_trials=1, videos=Path("films"))
 
 
-def test_whatever_a_film_fails_at_is_one_clear_error(
+def test_failing_encoder_raises_a_clear_error(
     goals: GoalSet, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(film, "CODEC", "libx265-of-another-build")

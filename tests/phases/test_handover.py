@@ -51,7 +51,7 @@ def place(tmp_path: Path, builtin_scene: Scene) -> Path:
     return tmp_path
 
 
-def test_a_helper_that_was_edited_does_not_go_on_with_a_result(place: Path) -> None:
+def test_result_cannot_be_resumed_after_a_helper_was_edited(place: Path) -> None:
     realbench(place, "extrinsic", *TEST, "--trials", "1")
     before = (place / "score.json").read_bytes()
     (place / "helper.py").write_text("END = -0.3\n")
@@ -63,7 +63,7 @@ def test_a_helper_that_was_edited_does_not_go_on_with_a_result(place: Path) -> N
     assert (place / "score.json").read_bytes() == before
 
 
-def test_settings_without_effect_are_not_recorded_as_if_they_had(place: Path) -> None:
+def test_changed_settings_need_keep_learned_or_relearn(place: Path) -> None:
     refused = realbench(place, "extrinsic", *TEST, "--set", "lr=0.5", code=1).stderr
     assert "different settings (lr=0.1, now 0.5): use --keep-learned" in refused
     assert "--relearn" in refused
@@ -78,7 +78,7 @@ def test_settings_without_effect_are_not_recorded_as_if_they_had(place: Path) ->
     assert "cannot learn from a recording again" in refused
 
 
-def test_what_can_learn_again_does_so_when_it_is_told(place: Path) -> None:
+def test_relearn_option_learns_again_from_the_recording(place: Path) -> None:
     play = ("--controller", "real_d", "--scene", "builtin", "--condition", "OM", "--overwrite")
     realbench(place, "intrinsic", *play, "--steps", "4000")
     depth = ("--set", "planner.depth=2")

@@ -22,7 +22,7 @@ def test_a_phase_lasts_exactly_as_long_as_asked(play: Play, steps: int, controll
         assert recording.states["step"][-1] == steps
 
 
-def test_calls_at_every_step_and_whole_actions_do_the_same(play: Play) -> None:
+def test_stepwise_calls_and_whole_actions_record_the_same(play: Play) -> None:
     paths = [
         play(toy(f"series:{kind}"), 3700, images=True, out=kind)
         for kind in ("Macros", "StepMacros")
@@ -56,7 +56,7 @@ def content(path: Path) -> tuple[np.ndarray, ...]:
         )
 
 
-def test_images_are_recorded_in_image_conditions_or_where_asked_for(play: Play) -> None:
+def test_images_are_recorded_in_image_conditions_or_on_request(play: Play) -> None:
     for condition, images, n_images in (("IM", None, 3), ("OM", None, None), ("OM", True, 3)):
         path = play("real_r", 2000, condition=condition, images=images, overwrite=True)
         with Recording(path) as recording:
@@ -64,7 +64,7 @@ def test_images_are_recorded_in_image_conditions_or_where_asked_for(play: Play) 
             assert recording.n_images == n_images
 
 
-def test_the_header_says_what_was_played(play: Play) -> None:
+def test_header_records_what_was_played(play: Play) -> None:
     controller = toy("series:Macros")
     with Recording(play(controller, 1000, objects=3, seed=8)) as recording:
         header = recording.header
@@ -84,7 +84,7 @@ def test_the_header_says_what_was_played(play: Play) -> None:
         ({"controller": "nobody"}, "real_r"),
     ],
 )
-def test_what_cannot_be_played_is_refused(
+def test_bad_play_options_are_refused(
     play: Play, tmp_path: Path, change: dict[str, object], complaint: str
 ) -> None:
     with pytest.raises(RealBenchError, match=complaint):
@@ -92,7 +92,7 @@ def test_what_cannot_be_played_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_recording_is_never_replaced_unasked(play: Play) -> None:
+def test_recording_is_overwritten_only_on_request(play: Play) -> None:
     before = play("real_r", 1000).read_bytes()
     with pytest.raises(OutputError, match="--overwrite"):
         play("real_r", 2000)

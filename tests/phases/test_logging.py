@@ -25,7 +25,7 @@ def noted(path: object) -> list[tuple[int, int, str, float]]:
     return [(step, action, name.decode(), value) for step, action, name, value in rows]
 
 
-def test_each_number_is_kept_with_its_action(play: Play) -> None:
+def test_each_number_is_recorded_with_its_action(play: Play) -> None:
     rows = noted(play(LOGS, 3300))
     assert rows[0] == (1000, 1, "begun", 1.0)
     ends = [1000, 2000, 3000, 3300]
@@ -42,7 +42,7 @@ def test_each_number_is_kept_with_its_action(play: Play) -> None:
 
 
 @pytest.mark.parametrize("controller", [LOGS, toy("logs:AllAttributes")])
-def test_a_resumed_run_goes_on_with_them(play: Play, controller: str) -> None:
+def test_resumed_run_continues_the_log(play: Play, controller: str) -> None:
     play(controller, 2000)
     rows = noted(play(controller, 4000, resume=True))
     assert [row[:2] for row in rows if row[2] == "actions"] == [
@@ -50,7 +50,7 @@ def test_a_resumed_run_goes_on_with_them(play: Play, controller: str) -> None:
     ]
 
 
-def test_a_killed_run_loses_and_repeats_none(play: Play, tmp_path) -> None:
+def test_killed_run_neither_loses_nor_repeats_numbers(play: Play, tmp_path) -> None:
     out = tmp_path / "run.h5"
     for _ in range(2):
         begun = recorded_steps(out)
@@ -63,7 +63,7 @@ def test_a_killed_run_loses_and_repeats_none(play: Play, tmp_path) -> None:
     assert [row[3] for row in rows if row[2] == "actions"] == list(range(1, n_actions + 1))
 
 
-def test_of_too_many_the_last_are_kept(play: Play) -> None:
+def test_only_the_last_of_too_many_numbers_are_kept(play: Play) -> None:
     rows = noted(play(toy("logs:Endless"), 2000))
     assert len(rows) == 2 * MOST_ENTRIES
     assert [row[3] for row in rows[:MOST_ENTRIES]] == list(range(20_000, 30_000))
@@ -76,18 +76,18 @@ def test_of_too_many_the_last_are_kept(play: Play) -> None:
         ("NoNumber", r"logs.py, line \d+: ValueError: could not convert string to float"),
     ],
 )
-def test_what_is_no_name_or_number_is_told_with_its_line(
+def test_bad_name_or_number_is_reported_with_its_line(
     play: Play, controller: str, complaint: str
 ) -> None:
     with pytest.raises(ControllerError, match=complaint):
         play(toy(f"logs:{controller}"), 1000)
 
 
-def test_something_else_of_that_name_is_left_alone(play: Play) -> None:
+def test_own_log_attribute_of_a_controller_is_left_alone(play: Play) -> None:
     assert noted(play(toy("logs:OwnLog"), 1000)) == []
 
 
-def test_it_changes_no_trial(face_goals: FaceGoals) -> None:
+def test_logging_changes_no_trial(face_goals: FaceGoals) -> None:
     logs = face_goals(LOGS, n_trials=1, trial_steps=1000)
     plain = face_goals("real_r", n_trials=1, trial_steps=1000, out="plain.json")
     assert logs.trials == plain.trials
@@ -98,7 +98,7 @@ class Noter:
 
 
 @given(st.lists(st.tuples(st.text(max_size=80), st.floats()), max_size=20))
-def test_what_is_taken_is_what_was_noted(entries: list[tuple[str, float]]) -> None:
+def test_entries_taken_are_those_added(entries: list[tuple[str, float]]) -> None:
     controller, kept = Noter(), []
     for name, value in entries:
         if name.isprintable() and 1 <= len(name.encode()) <= LONGEST_NAME:

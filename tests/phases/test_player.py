@@ -59,7 +59,7 @@ def complaint(play: Play, controller: str, steps: int = 3500) -> str:
 
 
 @pytest.mark.parametrize("name", RAISE)
-def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: str) -> None:
+def test_controller_errors_are_reported_with_file_and_line(play: Play, name: str) -> None:
     controller = toy(f"faulty:{name}")
     _, first_line = inspect.getsourcelines(find_controller(controller).go_wrong)
     file = controller.rpartition(":")[0]
@@ -67,7 +67,7 @@ def test_what_a_controller_raises_is_told_with_file_and_line(play: Play, name: s
 
 
 @pytest.mark.parametrize("name", RETURN)
-def test_what_is_no_action_is_told(play: Play, name: str) -> None:
+def test_bad_actions_are_reported(play: Play, name: str) -> None:
     told = complaint(play, toy(f"faulty:{name}"))
     assert "returned a bad action" in told or "ActionError: a command must be finite" in told
 
@@ -75,7 +75,7 @@ def test_what_is_no_action_is_told(play: Play, name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "done", "steps"), [("Raises", 2000, 3000), ("StepRaises", 1000, 2400)]
 )
-def test_what_was_done_before_a_fault_is_kept_and_goes_on(
+def test_actions_before_a_fault_are_kept_and_resumed(
     play: Play, name: str, done: int, steps: int
 ) -> None:
     controller = toy(f"faulty:{name}")
@@ -96,7 +96,7 @@ def test_what_was_done_before_a_fault_is_kept_and_goes_on(
         "StateCannotBeCopied",
     ],
 )
-def test_a_state_that_is_none_is_told(play: Play, name: str) -> None:
+def test_bad_state_is_reported(play: Play, name: str) -> None:
     with pytest.raises((ControllerError, RecordingError)) as caught:
         play(toy(f"faulty:{name}"), 1000)
     assert "\n" not in str(caught.value)
@@ -125,7 +125,7 @@ def check_calls(calls: list[dict[str, Any]]) -> None:
 
 
 @pytest.mark.parametrize("condition", ["OJ", "IJ"])
-def test_an_official_controller_plays(play: Play, condition: str) -> None:
+def test_official_controller_gets_the_official_calls_in_play(play: Play, condition: str) -> None:
     play(toy("official:Witness"), 8, condition=condition)
     calls = met()
     assert [call["hook"] for call in calls] == [
@@ -144,7 +144,9 @@ def test_an_official_controller_plays(play: Play, condition: str) -> None:
     assert not any(call["goal_positions"] for call in calls if "keys" in call)
 
 
-def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet) -> None:
+def test_official_controller_gets_the_official_calls_in_tests(
+    face_goals: FaceGoals, goals: GoalSet
+) -> None:
     tested = face_goals(toy("official:Witness"), condition="OJ", n_trials=2, trial_steps=7)
     calls = met()
     trial = ["start_extrinsic_trial", *["step"] * 7, "end_extrinsic_trial"]
@@ -164,7 +166,7 @@ def test_an_official_controller_is_tested(face_goals: FaceGoals, goals: GoalSet)
 
 
 @pytest.mark.parametrize("condition", CONDITION_NAMES)
-def test_an_observation_is_read_in_its_time_or_never(scene: Scene, condition: str) -> None:
+def test_unread_parts_of_an_old_observation_raise(scene: Scene, condition: str) -> None:
     task = Task(scene, Condition.parse(condition), 2)
     task.begin()
     seen = task.observe()

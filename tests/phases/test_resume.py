@@ -35,7 +35,7 @@ def check_every_command_was_given_once(resumed: Path, uninterrupted: Path) -> No
     assert len(np.unique(commands(resumed), axis=0)) == len(commands(resumed))
 
 
-def test_a_run_that_is_killed_again_and_again_misses_nothing(play: Play, tmp_path: Path) -> None:
+def test_repeatedly_killed_run_misses_nothing(play: Play, tmp_path: Path) -> None:
     out, moments, ends = tmp_path / "run.h5", random.Random(7), set()
     kill_after(start(ENDLESS, tmp_path), moments.uniform(0.5, 1.8))  # perhaps before it plays
     for _ in range(3):
@@ -71,7 +71,7 @@ def go_on_for(steps: int, play: Play) -> tuple[Path, subprocess.CompletedProcess
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_run_that_is_stopped_says_how_to_go_on(play: Play, number: signal.Signals) -> None:
+def test_stopped_run_says_how_to_resume(play: Play, number: signal.Signals) -> None:
     process = start(ENDLESS, Path.cwd())
     wait_for(process, lambda: recorded_steps(Path("run.h5")) > 0)
     process.send_signal(number)
@@ -129,7 +129,7 @@ def test_resuming_a_finished_run_changes_nothing(play: Play) -> None:
     assert play("real_r", 2500, resume=True).read_bytes() == before
 
 
-def test_a_finished_run_can_be_made_longer(play: Play) -> None:
+def test_finished_run_can_be_extended(play: Play) -> None:
     play(toy("series:Macros"), 2000)
     with Recording(play(toy("series:Macros"), 4500, resume=True)) as recording:
         assert recording.n_steps == recording.total_steps == 4500
@@ -138,7 +138,7 @@ def test_a_finished_run_can_be_made_longer(play: Play) -> None:
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
-def test_a_run_cannot_be_made_shorter(play: Play) -> None:
+def test_run_cannot_be_shortened(play: Play) -> None:
     before = play("real_r", 2500).read_bytes()
     with pytest.raises(RecordingError, match="2,500"):
         play("real_r", 2000, resume=True)
@@ -155,7 +155,7 @@ def test_a_run_cannot_be_made_shorter(play: Play) -> None:
         ("images", True),
     ],
 )
-def test_other_settings_cannot_go_on(play: Play, field: str, value: object) -> None:
+def test_run_cannot_be_resumed_with_other_settings(play: Play, field: str, value: object) -> None:
     settings = {"controller": "real_r", "condition": "OM", "objects": 1, "seed": 0, "images": False}
     before = play(**settings, steps=1000).read_bytes()
     with pytest.raises(RecordingError) as caught:
@@ -169,14 +169,14 @@ def test_other_settings_cannot_go_on(play: Play, field: str, value: object) -> N
     assert Path("run.h5").read_bytes() == before
 
 
-def test_a_state_of_arrays_bytes_and_lists_goes_on(play: Play) -> None:
+def test_state_of_arrays_bytes_and_lists_is_resumed(play: Play) -> None:
     controller = toy("series:ManyKindsOfState")
     for steps in (2000, 3000, 6000):
         play(controller, steps, resume=True)
     check_every_command_was_given_once(Path("run.h5"), play(controller, 6000, out="whole.h5"))
 
 
-def test_rows_and_state_stay_together_however_seldom_it_is_handed_over(play: Play) -> None:
+def test_rows_and_state_match_however_rarely_state_is_taken(play: Play) -> None:
     controller = toy("series:SlowToHandOver")
     with pytest.raises(ControllerError, match="no idea"):
         play(controller, 8000)
@@ -185,14 +185,14 @@ def test_rows_and_state_stay_together_however_seldom_it_is_handed_over(play: Pla
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
-def test_a_controller_without_state_does_not_play_the_same_once_more(play: Play) -> None:
+def test_stateless_controller_does_not_repeat_itself_when_resumed(play: Play) -> None:
     controller = toy("series:Forgetful")
     for steps in (2000, 4000, 6000):
         path = play(controller, steps, resume=True)
     assert len(np.unique(commands(path), axis=0)) == 6
 
 
-def test_a_run_whose_end_failed_is_ended_when_it_is_resumed(play: Play) -> None:
+def test_run_whose_end_failed_is_ended_on_resume(play: Play) -> None:
     controller = toy("series:FailsAtTheEnd")
     with pytest.raises(ControllerError, match="no room to learn"):
         play(controller, 2000)
@@ -200,7 +200,7 @@ def test_a_run_whose_end_failed_is_ended_when_it_is_resumed(play: Play) -> None:
         assert recording.controller_state()["learned"]
 
 
-def test_two_processes_that_resume_at_once_do_not_mix(play: Play) -> None:
+def test_simultaneous_resumes_do_not_mix(play: Play) -> None:
     """One of them may be refused, but no action may be recorded twice."""
     controller = toy("series:Overtaken")
     play(controller, 2000)

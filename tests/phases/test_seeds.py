@@ -9,7 +9,7 @@ NUMBERS = st.integers(0, 2**64)
 
 
 @given(NUMBERS, st.lists(NUMBERS, min_size=2, max_size=50, unique=True))
-def test_seeds_differ_where_their_origins_do(seed: int, numbers: list[int]) -> None:
+def test_derived_seeds_differ_and_are_reproducible(seed: int, numbers: list[int]) -> None:
     derived = [derived_seed(seed, number) for number in numbers]
     assert derived == [derived_seed(seed, number) for number in numbers]
     assert all(0 <= value < 2**32 for value in derived)

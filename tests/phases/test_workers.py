@@ -32,7 +32,7 @@ with stop_requests() as stop:
 """
 
 
-def test_workers_that_die_before_they_listen_are_told(tmp_path: Path) -> None:
+def test_workers_that_die_at_once_are_reported(tmp_path: Path) -> None:
     """However much they were to be told."""
     python = tmp_path / "python"
     python.write_text(
@@ -45,7 +45,7 @@ def test_workers_that_die_before_they_listen_are_told(tmp_path: Path) -> None:
     assert done.stderr.splitlines()[-1] == "a worker process died; try again"
 
 
-def test_a_folder_of_a_process_that_was_killed_goes_with_the_next(
+def test_folder_of_a_killed_process_is_removed_by_the_next(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
@@ -77,7 +77,7 @@ for _ in range(200):
 """
 
 
-def test_who_tidies_up_does_not_disturb_who_begins(tmp_path: Path) -> None:
+def test_cleaning_up_does_not_disturb_processes_that_start(tmp_path: Path) -> None:
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
     told = [sys.executable, "-c", MANY]
     processes = [subprocess.Popen(told, env=environment) for _ in range(4)]
@@ -85,7 +85,9 @@ def test_who_tidies_up_does_not_disturb_who_begins(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_little_goes_through_the_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_pass_by_file_not_through_the_pipe(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """So little that it arrives at once or not at all, whenever a worker is killed."""
     monkeypatch.setattr(_Here, "folder", tmp_path, raising=False)
     monkeypatch.setattr(_Here, "worker", bytes)
@@ -95,7 +97,7 @@ def test_little_goes_through_the_pipe(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("trap", ["deep", "closed"])
-def test_a_folder_goes_whatever_a_stranger_put_into_it(tmp_path: Path, trap: str) -> None:
+def test_folder_is_removed_whatever_it_contains(tmp_path: Path, trap: str) -> None:
     traps = {
         "deep": "for _ in range(1500): os.mkdir('d'); os.chdir('d')",
         "closed": "os.makedirs('d/e'); os.chmod('d', 0)",
@@ -112,7 +114,7 @@ def test_a_folder_goes_whatever_a_stranger_put_into_it(tmp_path: Path, trap: str
     assert list(tmp_path.iterdir()) == []
 
 
-def test_only_our_own_folders_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_our_own_folders_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     notes = tmp_path / "mine-notes"
     notes.mkdir()
