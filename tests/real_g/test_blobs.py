@@ -14,7 +14,7 @@ from tests.real_g.pictures import BLUE, RED, SIDE, painted, table
     across=st.integers(3, 40),
     down=st.integers(3, 30),
 )
-def test_a_patch_is_where_it_is_and_as_large_as_it_is(
+def test_blob_has_the_place_size_and_shape_of_its_patch(
     column: int, row: int, across: int, down: int
 ) -> None:
     marked = np.zeros((240, 320), bool)
@@ -29,14 +29,14 @@ def test_a_patch_is_where_it_is_and_as_large_as_it_is(
         assert upright == (down > across)
 
 
-def test_the_largest_comes_first_and_specks_do_not_count() -> None:
+def test_largest_blob_comes_first_and_specks_are_ignored() -> None:
     marked = np.zeros((240, 320), bool)
     marked[10:20, 10:20] = marked[50:90, 50:90] = True
     marked[200, 200] = True
     assert [blob.size for blob in find_blobs(table(), marked)] == [1600, 100]
 
 
-def test_things_that_touch_are_parted_by_their_colours() -> None:
+def test_touching_objects_are_split_by_colour() -> None:
     places = np.array([[100, 100], [100 + SIDE, 104]])
     image = painted(places, (RED, BLUE))
     marked = (image != table()).any(axis=2)
@@ -50,6 +50,6 @@ def test_things_that_touch_are_parted_by_their_colours() -> None:
         np.testing.assert_allclose(part.place, place + (SIDE - 1) / 2, atol=1.5)
 
 
-def test_what_is_not_there_has_no_part() -> None:
+def test_split_finds_nothing_in_an_empty_mask() -> None:
     marked = np.zeros((240, 320), bool)
     assert split_blobs(table(), marked, np.ones((2, N_COLOURS))) == [None, None]

@@ -68,7 +68,7 @@ def test_the_same_seed_gives_the_same_play(
         np.testing.assert_array_equal(commands(again)[name], commands(played)[name])
 
 
-def test_who_recalls_a_play_knows_what_who_lived_it_knows(
+def test_recalled_play_gives_the_same_memory_as_a_lived_one(
     builtin_scene: Scene, played: Path
 ) -> None:
     condition = condition_of(played)
@@ -105,7 +105,7 @@ def test_who_recalls_a_play_knows_what_who_lived_it_knows(
             np.testing.assert_allclose(family.successes[:n], again.successes, atol=1e-7)
 
 
-def test_a_killed_play_goes_on(tmp_path: Path) -> None:
+def test_killed_play_is_resumed(tmp_path: Path) -> None:
     command = realbench(
         *("intrinsic", "--controller", "real_g", "--condition", "OM", "--scene", SCENE),
         *("--resume", "--steps", 37_000, "--set", "play.first=33", "--set", "play.last_steps=10"),
@@ -125,7 +125,7 @@ def test_a_killed_play_goes_on(tmp_path: Path) -> None:
     np.testing.assert_array_equal(commands(out)[: len(before)], before)
 
 
-def test_its_tests_are_the_same_with_two_processes_and_after_learning_anew(
+def test_trials_match_across_processes_and_run_on_first_steps_alone(
     builtin_scene: Scene, played: Path, tmp_path: Path
 ) -> None:
     goals = generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 2})
@@ -142,7 +142,7 @@ def test_its_tests_are_the_same_with_two_processes_and_after_learning_anew(
     assert len(hashes[0]) == len(hashes[2]) == 2
 
 
-def test_a_state_and_a_copy_hold_all_that_was_learned(builtin_scene: Scene, played: Path) -> None:
+def test_state_and_copy_choose_the_same_action(builtin_scene: Scene, played: Path) -> None:
     condition = condition_of(played)
     first, heir = made(builtin_scene, condition), made(builtin_scene, condition)
     experience = Experience(played, condition)
@@ -165,7 +165,7 @@ def test_a_state_and_a_copy_hold_all_that_was_learned(builtin_scene: Scene, play
     np.testing.assert_array_equal(chosen[0], chosen[2])
 
 
-def test_two_objects_have_a_skill_each(builtin_scene: Scene, tmp_path: Path) -> None:
+def test_each_of_two_objects_has_its_own_skill(builtin_scene: Scene, tmp_path: Path) -> None:
     condition = CONDITIONS[0]
     path = play(builtin_scene, condition, tmp_path / "two.h5", 4000, objects=2)
     controller = made(builtin_scene, condition, 2)
@@ -173,7 +173,7 @@ def test_two_objects_have_a_skill_each(builtin_scene: Scene, tmp_path: Path) -> 
     assert len(controller._play.skills) == 2
 
 
-def test_without_a_play_there_is_nothing_to_plan_with(builtin_scene: Scene) -> None:
+def test_extrinsic_phase_without_a_play_is_refused(builtin_scene: Scene) -> None:
     with pytest.raises(ControllerError, match="--run"):
         made(builtin_scene, CONDITIONS[0]).start_extrinsic_phase()
 

@@ -22,7 +22,7 @@ def scattered(n: int, k: int = 1, seed: int = 1) -> np.ndarray:
     return np.random.default_rng(seed).integers(20, 200, (n, k, 2)).astype(float)
 
 
-def test_what_moves_is_marked_and_nothing_else() -> None:
+def test_only_what_moves_is_marked() -> None:
     places = scattered(12)
     marked = looked_at(places, (RED,)).marked(painted(places[5], (RED,)))
     column, row = places[5, 0].astype(int)
@@ -31,7 +31,7 @@ def test_what_moves_is_marked_and_nothing_else() -> None:
     np.testing.assert_array_equal(marked, expected)
 
 
-def test_what_never_moved_is_background_until_it_does() -> None:
+def test_objects_are_background_until_they_move() -> None:
     places = scattered(12, 2)
     places[:, 1] = 210  # a blue thing that nobody moves
     foreground = looked_at(places, (RED, BLUE))
@@ -41,19 +41,19 @@ def test_what_never_moved_is_background_until_it_does() -> None:
     assert foreground.marked(painted(moved, (RED, BLUE)))[185, 25]
 
 
-def test_an_image_like_the_last_one_tells_nothing() -> None:
+def test_image_like_the_last_one_is_not_added() -> None:
     foreground = Foreground(np.random.default_rng(0))
     image = painted(scattered(1)[0], (RED,))
     assert foreground.add(image)
     assert not foreground.add(image)
 
 
-def test_it_keeps_few_images_of_many() -> None:
+def test_number_of_kept_images_is_limited() -> None:
     foreground = looked_at(scattered(MOST_KEPT + 40), (RED,))
     assert len(foreground._kept) == MOST_KEPT
 
 
-def test_a_state_knows_the_background_and_a_copy_goes_its_own_way() -> None:
+def test_state_restores_the_background_and_copies_are_independent() -> None:
     places = scattered(12)
     foreground = looked_at(places, (RED,))
     heir, twin = Foreground(np.random.default_rng(0)), copy.deepcopy(foreground)

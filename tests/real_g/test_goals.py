@@ -11,7 +11,7 @@ CELL = (HIGH - LOW) / 8
 
 
 @given(seed=st.integers(0, 1000))
-def test_they_are_where_objects_have_been_and_a_little_beyond(seed: int) -> None:
+def test_own_goals_are_near_where_objects_have_been(seed: int) -> None:
     random = np.random.default_rng(seed)
     goals = OwnGoals(LOW, HIGH, cells=8, beyond=1)
     places = random.uniform(LOW, HIGH, (2, 2))
@@ -22,14 +22,14 @@ def test_they_are_where_objects_have_been_and_a_little_beyond(seed: int) -> None
         assert (np.abs(goal - places) <= 2 * CELL).all(axis=1).any()
 
 
-def test_before_anything_was_seen_they_are_anywhere() -> None:
+def test_own_goals_are_anywhere_before_anything_was_seen() -> None:
     random, goals = np.random.default_rng(0), OwnGoals(LOW, HIGH)
     drawn = np.array([goals.draw(random) for _ in range(400)])
     assert (drawn.min(axis=0) < LOW + CELL).all()
     assert (drawn.max(axis=0) > HIGH - CELL).all()
 
 
-def test_a_place_where_it_gets_better_is_more_interesting_than_one_where_it_does_not() -> None:
+def test_places_with_progress_are_more_interesting_than_those_without() -> None:
     goals = OwnGoals(LOW, HIGH)
     for number in range(20):
         goals.tried(LOW, float(number >= 10))
@@ -37,7 +37,7 @@ def test_a_place_where_it_gets_better_is_more_interesting_than_one_where_it_does
     assert goals.interest(0, 0) > 2 * goals.interest(7, 7)
 
 
-def test_what_was_never_tried_is_more_interesting_than_what_never_changes() -> None:
+def test_untried_places_are_more_interesting_than_unchanging_ones() -> None:
     goals = OwnGoals(LOW, HIGH)
     for _ in range(20):
         goals.tried(HIGH, 1.0)

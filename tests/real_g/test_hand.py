@@ -14,7 +14,7 @@ from tests.real_g.deeds import DEEDS, HAND, JOINTS, PUSH, deed_of, drawn, number
 
 
 @given(numbers=numbers_of(HAND))
-def test_a_hands_numbers_can_be_read_from_its_action(numbers: Any) -> None:
+def test_numbers_of_a_hand_action_can_be_recovered(numbers: Any) -> None:
     action = HAND.action(numbers)
     read = HAND.numbers(action)
     assert read is not None
@@ -24,7 +24,7 @@ def test_a_hands_numbers_can_be_read_from_its_action(numbers: Any) -> None:
 
 
 @given(numbers=numbers_of(PUSH))
-def test_a_pushs_numbers_can_be_read_from_its_action(numbers: Any) -> None:
+def test_numbers_of_a_push_can_be_recovered(numbers: Any) -> None:
     action = PUSH.action(numbers)
     np.testing.assert_array_equal(PUSH.numbers(action), numbers)
     assert action.duration == PUSH.steps
@@ -32,7 +32,7 @@ def test_a_pushs_numbers_can_be_read_from_its_action(numbers: Any) -> None:
 
 
 @given(numbers=numbers_of(HAND))
-def test_a_hand_is_never_commanded_out_of_its_space(numbers: Any) -> None:
+def test_hand_commands_stay_in_their_space(numbers: Any) -> None:
     commands = HAND.action(numbers).commands[:-1]
     low, high = HAND.low[[0, 1, 4]], HAND.high[[0, 1, 4]]
     assert (commands[:, :3] >= low - 1e-9).all()
@@ -40,7 +40,7 @@ def test_a_hand_is_never_commanded_out_of_its_space(numbers: Any) -> None:
     np.testing.assert_allclose(np.linalg.norm(commands[:, 3:7], axis=1), 1)
 
 
-def test_a_hand_that_does_not_lean_points_straight_down_and_one_that_leans_forward() -> None:
+def test_hand_points_straight_down_unless_it_leans() -> None:
     x, y, z, w = pointing_down(0.7, 0.0)
     assert (2 * (x * z + y * w), 1 - 2 * (x * x + y * y)) == pytest.approx((0, -1))
     x, y, z, w = pointing_down(0.7, 0.4)
@@ -49,14 +49,14 @@ def test_a_hand_that_does_not_lean_points_straight_down_and_one_that_leans_forwa
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_an_action_that_was_cut_short_or_is_a_rest_has_no_numbers(deed: Deed) -> None:
+def test_cut_actions_and_rests_have_no_numbers(deed: Deed) -> None:
     action = deed.action(drawn(deed, 1)[0])
     assert deed.numbers(action.first(deed.steps - 1)) is None
     assert deed.numbers(deed.rest()) is None
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_its_path_begins_and_ends_where_it_says(deed: Deed) -> None:
+def test_path_begins_and_ends_where_its_numbers_say(deed: Deed) -> None:
     numbers = drawn(deed, 1)[0]
     path = deed.path(numbers)
     np.testing.assert_array_equal(path[0, :2], numbers[list(deed.start)])

@@ -35,7 +35,7 @@ def world(n: int, turn: float, mirror: bool, seed: int, chance: bool = False) ->
 
 @settings(max_examples=12)
 @given(turn=st.floats(0, 2 * np.pi), mirror=st.booleans(), seed=st.integers(0, 1000))
-def test_a_camera_is_found_whatever_way_it_looks(turn: float, mirror: bool, seed: int) -> None:
+def test_camera_map_is_found_for_any_orientation(turn: float, mirror: bool, seed: int) -> None:
     seen, xy = world(400, turn, mirror, seed)
     hand_eye = HandEye(LOW, HIGH)
     assert hand_eye.fit(seen, np.random.default_rng(0))
@@ -45,7 +45,7 @@ def test_a_camera_is_found_whatever_way_it_looks(turn: float, mirror: bool, seed
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_from_chance_nothing_is_learned(seed: int) -> None:
+def test_nothing_is_learned_from_chance(seed: int) -> None:
     seen, _ = world(300, 1.0, False, seed, chance=True)
     random = np.random.default_rng(seed)
     shuffled = Contingencies(
@@ -56,7 +56,7 @@ def test_from_chance_nothing_is_learned(seed: int) -> None:
     assert np.isnan(hand_eye.xy(seen.before)).all()
 
 
-def test_the_gradient_is_that_of_the_cost() -> None:
+def test_gradient_matches_the_cost() -> None:
     seen, _ = world(200, 0.4, True, 3)
     heights = np.random.default_rng(0).uniform(0.4, 0.6, (200, 24, 1))
     seen = Contingencies(
@@ -68,7 +68,7 @@ def test_the_gradient_is_that_of_the_cost() -> None:
     assert error < 1e-3 * np.linalg.norm(problem.cost(start)[1])
 
 
-def test_a_map_that_explains_nothing_any_more_is_given_up() -> None:
+def test_map_that_no_longer_fits_is_given_up() -> None:
     hand_eye = HandEye(LOW, HIGH)
     assert hand_eye.fit(world(400, 0.5, False, 1)[0], np.random.default_rng(0))
     chance, _ = world(400, 0.5, False, 2, chance=True)
@@ -76,7 +76,7 @@ def test_a_map_that_explains_nothing_any_more_is_given_up() -> None:
     assert not hand_eye.fit(shuffled, np.random.default_rng(0))
 
 
-def test_a_state_has_the_map() -> None:
+def test_state_restores_the_map() -> None:
     seen, _ = world(400, 0.5, False, 1)
     hand_eye, heir = HandEye(LOW, HIGH), HandEye(LOW, HIGH)
     heir.set_state(hand_eye.get_state())
@@ -94,6 +94,6 @@ def test_points_along_a_path_begin_and_end_with_it(n: int, seed: int) -> None:
     np.testing.assert_allclose(points[[0, -1]], corners[[0, -1]])
 
 
-def test_what_does_not_fit_together_is_refused() -> None:
+def test_contingencies_of_unequal_length_are_refused() -> None:
     with pytest.raises(RealBenchError, match="contingencies need"):
         Contingencies(np.zeros((3, 2)), np.zeros((2, 2)), np.zeros((3, 5, 2)), np.zeros(3, bool))

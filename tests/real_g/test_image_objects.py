@@ -66,7 +66,7 @@ def order_of(rows: Array, truth: Array) -> list[int]:
     return [int(k) for k in away.argmin(axis=1)]
 
 
-def test_it_sees_each_thing_where_it_is(learned: tuple[ImageObjects, Array]) -> None:
+def test_each_object_is_seen_where_it_is(learned: tuple[ImageObjects, Array]) -> None:
     objects, truth = learned
     rows = objects.rows()
     assert rows.shape == (len(truth), 2, 3)
@@ -75,13 +75,15 @@ def test_it_sees_each_thing_where_it_is(learned: tuple[ImageObjects, Array]) -> 
     assert np.quantile(errors, 0.95) < 0.03
 
 
-def test_rows_from_some_moment_on_are_the_last_of_all(learned: tuple[ImageObjects, Array]) -> None:
+def test_rows_from_a_moment_on_are_the_last_of_all_rows(
+    learned: tuple[ImageObjects, Array],
+) -> None:
     objects, truth = learned
     for first in (0, 17, len(truth) - 1):
         np.testing.assert_array_equal(objects.rows(first), objects.rows()[first:])
 
 
-def test_any_image_is_read_like_one_of_the_play(learned: tuple[ImageObjects, Array]) -> None:
+def test_new_image_is_read_like_those_of_the_play(learned: tuple[ImageObjects, Array]) -> None:
     objects, truth = learned
     pixels = pixels_of(np.array([[0.0, 0.0], [0.12, -0.3]]))
     rows = objects.look(painted(pixels, (RED, BLUE)))
@@ -89,14 +91,14 @@ def test_any_image_is_read_like_one_of_the_play(learned: tuple[ImageObjects, Arr
     np.testing.assert_allclose(rows[:, :2], xy_of(pixels)[order], atol=0.03)
 
 
-def test_what_is_not_in_an_image_has_no_place(learned: tuple[ImageObjects, Array]) -> None:
+def test_object_missing_from_an_image_has_no_place(learned: tuple[ImageObjects, Array]) -> None:
     objects, truth = learned
     pixels = pixels_of(np.array([[0.0, 0.0], [np.nan, np.nan]]))
     seen = ~np.isnan(objects.look(painted(pixels, (RED, BLUE)))).any(axis=1)
     assert seen.tolist() == [k == 0 for k in order_of(objects.rows(), truth)]
 
 
-def test_who_remembers_a_play_learns_what_who_lived_it_learned(
+def test_remembered_play_teaches_the_same_as_a_lived_one(
     learned: tuple[ImageObjects, Array],
 ) -> None:
     lived = copy.deepcopy(learned[0])
@@ -111,7 +113,7 @@ def test_who_remembers_a_play_learns_what_who_lived_it_learned(
     np.testing.assert_allclose(heir.rows(), lived.rows(), atol=0.005)
 
 
-def test_a_state_and_a_copy_see_the_same(learned: tuple[ImageObjects, Array]) -> None:
+def test_state_and_copy_see_the_same(learned: tuple[ImageObjects, Array]) -> None:
     objects = learned[0]
     heir = ImageObjects(LOW, HIGH)
     heir.set_state(objects.get_state())
@@ -120,7 +122,7 @@ def test_a_state_and_a_copy_see_the_same(learned: tuple[ImageObjects, Array]) ->
         np.testing.assert_array_equal(other.look(image), objects.look(image))
 
 
-def test_a_copy_remembers_for_itself(learned: tuple[ImageObjects, Array]) -> None:
+def test_copy_has_a_memory_of_its_own(learned: tuple[ImageObjects, Array]) -> None:
     objects, truth = learned
     twin = copy.deepcopy(objects)
     twin.see(painted(pixels_of(np.array([[0.0, 0.3], [0.1, 0.0]])), (RED, BLUE)))
@@ -134,7 +136,7 @@ def test_the_same_seed_learns_the_same() -> None:
     np.testing.assert_array_equal(one.rows(), other.rows())
 
 
-def test_a_moment_with_the_arm_in_the_way_is_as_the_one_before(
+def test_hidden_moment_repeats_the_one_before(
     learned: tuple[ImageObjects, Array],
 ) -> None:
     objects = copy.deepcopy(learned[0])
@@ -143,7 +145,7 @@ def test_a_moment_with_the_arm_in_the_way_is_as_the_one_before(
     np.testing.assert_array_equal(objects.rows()[-1], objects.rows()[-2])
 
 
-def test_before_anything_has_moved_it_knows_nothing() -> None:
+def test_no_object_is_known_before_anything_moved() -> None:
     objects = ImageObjects(LOW, HIGH)
     image = painted(pixels_of(np.array([[0.0, 0.3], [0.1, 0.0]])), (RED, BLUE))
     objects.see(None)

@@ -34,12 +34,12 @@ def learned() -> Looks:
     return looks
 
 
-def test_it_counts_things() -> None:
+def test_objects_are_counted() -> None:
     assert len(learned()) == 3
 
 
 @given(seed=st.integers(1, 1000), order=st.permutations(range(3)))
-def test_things_keep_their_order_wherever_they_are(seed: int, order: list[int]) -> None:
+def test_objects_keep_their_order_wherever_they_are(seed: int, order: list[int]) -> None:
     looks = learned()
     places = apart(1, seed)[0]
     first = looks.sort(blobs_at(apart(1, 0)[0]))
@@ -58,7 +58,7 @@ def test_learning_more_keeps_the_order() -> None:
     np.testing.assert_allclose(looks.likelihoods, before)
 
 
-def test_one_that_is_not_seen_is_missed() -> None:
+def test_unseen_object_is_missing() -> None:
     looks = learned()
     blobs = blobs_at(apart(1, 0)[0])
     found = looks.sort(blobs[:2])
@@ -67,7 +67,7 @@ def test_one_that_is_not_seen_is_missed() -> None:
     assert not looks.may_hide(blobs)
 
 
-def test_a_state_tells_the_same_things_apart() -> None:
+def test_restored_looks_sort_blobs_the_same() -> None:
     looks, heir = learned(), Looks()
     heir.set_state(looks.get_state())
     blobs = blobs_at(apart(1, 3)[0])
@@ -75,7 +75,7 @@ def test_a_state_tells_the_same_things_apart() -> None:
         assert one is other
 
 
-def test_from_nothing_it_learns_nothing() -> None:
+def test_nothing_is_learned_without_blobs() -> None:
     looks = Looks()
     looks.learn([[], []])
     assert len(looks) == 0

@@ -26,7 +26,7 @@ def practised(deed: Deed, n: int = 100, seed: int = 0) -> DeedMemory:
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 1000))
-def test_an_action_told_from_an_object_can_be_done_again(deed: Deed, seed: int) -> None:
+def test_action_relative_to_an_object_can_be_repeated(deed: Deed, seed: int) -> None:
     relation, numbers, row = Relation(deed), drawn(deed, 1, seed), rows(1, seed)
     far = np.linalg.norm(numbers[0, list(deed.end)] - row[0, :2]) > 0.2
     again = DeedMemory(relation).placed(row[0], relation.told(row, numbers))
@@ -41,7 +41,7 @@ def _comes_by(relation: Relation, row: Array, numbers: Array) -> bool:
 
 
 @given(seed=st.integers(0, 1000))
-def test_a_push_comes_by_its_object_as_it_is_told(seed: int) -> None:
+def test_push_passes_its_object_at_the_given_offset(seed: int) -> None:
     random = np.random.default_rng(seed)
     place, ends = random.uniform(-0.2, 0.2, 2), random.uniform(-1, 1, (5, 2))
     offsets = random.uniform(-0.05, 0.05, (5, 2))
@@ -55,7 +55,7 @@ def test_a_push_comes_by_its_object_as_it_is_told(seed: int) -> None:
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 200))
-def test_whatever_it_thinks_of_is_in_range_and_ends_where_asked(deed: Deed, seed: int) -> None:
+def test_proposed_actions_are_in_range_and_end_where_asked(deed: Deed, seed: int) -> None:
     relation, random = Relation(deed), np.random.default_rng(seed)
     memory, before = practised(deed, seed=seed), rows(1, seed)
     ends = drawn(deed, 30, seed + 1)[:, list(deed.end)]
@@ -68,7 +68,7 @@ def test_whatever_it_thinks_of_is_in_range_and_ends_where_asked(deed: Deed, seed
         np.testing.assert_array_equal(thought[:, list(deed.end)], ends)
 
 
-def test_a_rare_action_that_works_is_tried_again_and_a_lucky_one_is_given_up() -> None:
+def test_actions_that_work_are_kept_and_lucky_ones_given_up() -> None:
     memory, random = DeedMemory(Relation(HAND)), np.random.default_rng(0)
     row, (real, lucky) = rows(1)[0], drawn(HAND, 2, 1)
     for numbers in drawn(HAND, 60, 2):
@@ -91,7 +91,7 @@ def _away(numbers: Array, other: Array) -> float:
     return float(np.linalg.norm(((numbers - other) / (HAND.high - HAND.low))[same]))
 
 
-def test_now_and_then_a_number_is_anywhere_while_the_others_stay() -> None:
+def test_variation_moves_few_numbers_far() -> None:
     deed, random = HAND, np.random.default_rng(0)
     memory = DeedMemory(Relation(deed))
     row, numbers = rows(1)[0], (deed.low + deed.high) / 2
@@ -109,7 +109,7 @@ def test_now_and_then_a_number_is_anywhere_while_the_others_stay() -> None:
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_what_is_no_surprise_founds_no_family(deed: Deed) -> None:
+def test_unsurprising_actions_found_no_family(deed: Deed) -> None:
     memory = DeedMemory(Relation(deed))
     for row, numbers in zip(rows(100), drawn(deed, 100, 0), strict=True):
         memory.did(row, numbers, 0.5)
@@ -117,7 +117,7 @@ def test_what_is_no_surprise_founds_no_family(deed: Deed) -> None:
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_a_state_holds_the_families(deed: Deed) -> None:
+def test_state_restores_the_families(deed: Deed) -> None:
     memory, again = practised(deed), DeedMemory(Relation(deed))
     again.set_state(memory.get_state())
     row, ends = rows(1)[0], drawn(deed, 20, 3)[:, list(deed.end)]
@@ -125,12 +125,12 @@ def test_a_state_holds_the_families(deed: Deed) -> None:
     np.testing.assert_array_equal(one, other)
 
 
-def test_from_nothing_it_thinks_of_nothing() -> None:
+def test_empty_memory_cannot_vary_actions() -> None:
     with pytest.raises(RealBenchError, match="nothing went well yet"):
         DeedMemory(Relation(PUSH)).varied(rows(1)[0], np.zeros((1, 2)), np.random.default_rng(0))
 
 
-def test_only_so_many_families_of_so_many_members_are_kept() -> None:
+def test_numbers_of_families_and_members_are_limited() -> None:
     memory = DeedMemory(Relation(PUSH), most=3, latest=5)
     random = np.random.default_rng(0)
     for row, numbers in zip(rows(500), drawn(PUSH, 500, 0), strict=True):

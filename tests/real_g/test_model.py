@@ -20,7 +20,7 @@ def data(n: int = 600) -> tuple[Array, Array, Array]:
     return features, outcomes, stays
 
 
-def test_it_tells_what_follows_from_what_stays() -> None:
+def test_outcome_model_predicts_what_follows_and_what_stays() -> None:
     features, outcomes, stays = data()
     model = OutcomeModel(0, scale=0.3)
     model.train(features, outcomes, stays, 600)
@@ -32,7 +32,7 @@ def test_it_tells_what_follows_from_what_stays() -> None:
     assert np.median(np.linalg.norm(mean - outcomes, axis=1)[clear]) < 0.02
 
 
-def test_one_member_is_one_of_all() -> None:
+def test_single_member_matches_its_part_of_the_ensemble() -> None:
     features, outcomes, stays = data(100)
     model = OutcomeModel(0, scale=0.3)
     model.train(features, outcomes, stays, 50)
@@ -48,7 +48,7 @@ def test_contingency_is_learned() -> None:
     assert np.mean((model.predict(features) > 0.5) == (followed > 0)) > 0.95
 
 
-def test_the_same_seed_learns_the_same_and_a_state_holds_it_all() -> None:
+def test_same_seed_learns_the_same_and_state_restores_it() -> None:
     features, outcomes, stays = data(100)
     models = [OutcomeModel(seed, scale=0.3) for seed in (1, 1, 2)]
     for model in models:
@@ -61,7 +61,7 @@ def test_the_same_seed_learns_the_same_and_a_state_holds_it_all() -> None:
     np.testing.assert_array_equal(heir.predict(features, stays).means, means[0])
 
 
-def test_networks_do_not_learn_noise_by_heart() -> None:
+def test_networks_do_not_memorise_noise() -> None:
     """They stop where they are best on what they have not seen."""
     random = np.random.default_rng(0)
     features, noise = random.normal(size=(80, 20)), random.normal(size=(80, 1))
@@ -72,7 +72,7 @@ def test_networks_do_not_learn_noise_by_heart() -> None:
     assert away.mean() > 0.3 * noise.var()
 
 
-def test_what_cannot_be_learned_from_is_refused() -> None:
+def test_unusable_training_data_is_refused() -> None:
     features, outcomes, stays = data(10)
     with pytest.raises(RealBenchError, match="0 rows"):
         OutcomeModel(0, 1.0).train(features[:0], outcomes[:0], stays[:0], 10)

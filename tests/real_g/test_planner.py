@@ -36,7 +36,7 @@ def thought(row: Array, random: np.random.Generator, ends: Array) -> Array:
 
 
 @pytest.mark.parametrize("goal", [[-0.1, 0.3, 0], [0.0, -0.3, 0], [-0.2, 0.0, 0]])
-def test_it_takes_the_object_to_the_goal(planner: Planner, goal: list[float]) -> None:
+def test_chosen_action_takes_the_object_to_the_goal(planner: Planner, goal: list[float]) -> None:
     row, random = np.array([-0.05, 0.05, 0.0]), np.random.default_rng(0)
     choice = planner.choose(row, np.array(goal), 0, lambda ends: thought(row, random, ends), random)
     assert np.linalg.norm(choice.numbers[:2] - row[:2]) < 0.05
@@ -45,7 +45,7 @@ def test_it_takes_the_object_to_the_goal(planner: Planner, goal: list[float]) ->
     assert choice.gain > 0.5 * choice.now
 
 
-def test_at_the_goal_nothing_is_gained(planner: Planner) -> None:
+def test_nothing_is_gained_at_the_goal(planner: Planner) -> None:
     row, random = np.array([-0.05, 0.05, 0.0]), np.random.default_rng(0)
     choice = planner.choose(row, row.copy(), 3, lambda ends: thought(row, random, ends), random)
     assert choice.now == 0
@@ -57,7 +57,7 @@ def test_at_the_goal_nothing_is_gained(planner: Planner) -> None:
     left=st.integers(1, 9),
     seed=st.integers(0, 100),
 )
-def test_the_more_actions_are_left_the_less_distance_is_expected(
+def test_more_actions_left_never_raise_the_expected_distance(
     away: list[float], left: int, seed: int
 ) -> None:
     outcomes = np.array(away)[None]

@@ -12,7 +12,7 @@ from tests.real_g.deeds import DEEDS, HAND, drawn, rows
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 1000))
-def test_an_end_can_be_told_from_its_outcome(deed: Deed, seed: int) -> None:
+def test_end_can_be_recovered_from_its_outcome(deed: Deed, seed: int) -> None:
     relation, numbers = Relation(deed), drawn(deed, 5, seed)
     before, after = rows(5, seed), rows(5, seed + 1)
     outcome = relation.outcome(before, after, numbers)
@@ -24,7 +24,7 @@ def test_an_end_can_be_told_from_its_outcome(deed: Deed, seed: int) -> None:
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 1000))
-def test_who_follows_leaves_nothing_and_who_stays_all(deed: Deed, seed: int) -> None:
+def test_outcome_is_zero_when_following_and_whole_when_staying(deed: Deed, seed: int) -> None:
     relation, numbers, before = Relation(deed), drawn(deed, 5, seed), rows(5, seed)
     followed = before.copy()
     followed[:, :2] += relation.way(numbers)
@@ -37,7 +37,7 @@ def test_who_follows_leaves_nothing_and_who_stays_all(deed: Deed, seed: int) -> 
 
 
 @given(seed=st.integers(0, 1000), share=st.floats(0, 1))
-def test_the_farther_it_follows_the_more_contingent(seed: int, share: float) -> None:
+def test_contingency_grows_with_the_distance_followed(seed: int, share: float) -> None:
     relation, numbers, before = Relation(HAND), drawn(HAND, 1, seed), rows(1, seed)
     part, whole = before.copy(), before.copy()
     part[:, :2] += share * relation.way(numbers)
@@ -49,7 +49,7 @@ def test_the_farther_it_follows_the_more_contingent(seed: int, share: float) -> 
 
 
 @given(seed=st.integers(0, 1000), angle=st.floats(-3, 3))
-def test_a_body_turned_with_the_hand_lies_in_it_as_before(seed: int, angle: float) -> None:
+def test_orientation_is_relative_to_the_hand(seed: int, angle: float) -> None:
     quaternion = rows(1, seed)[:, 3:]
     half = angle / 2
     x, y, z, w = quaternion[0]
@@ -65,7 +65,7 @@ def test_a_body_turned_with_the_hand_lies_in_it_as_before(seed: int, angle: floa
 
 
 @given(angle=st.floats(-3, 3))
-def test_a_quarter_turn_of_a_body_on_its_side_shows_only_in_the_double_angle(angle: float) -> None:
+def test_quarter_turn_shows_only_in_the_double_angle(angle: float) -> None:
     def lying(turn: float) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
         return np.array([[0, 0, np.sin(turn / 2), np.cos(turn / 2)]])
 
@@ -76,7 +76,7 @@ def test_a_quarter_turn_of_a_body_on_its_side_shows_only_in_the_double_angle(ang
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_what_is_told_is_finite_and_knows_orientation_where_it_is_seen(deed: Deed) -> None:
+def test_features_are_finite_and_use_orientation_where_seen(deed: Deed) -> None:
     relation, numbers, before = Relation(deed), drawn(deed, 4), rows(4)
     with_it = relation.features(before, numbers)
     without = relation.features(before[:, :3], numbers)

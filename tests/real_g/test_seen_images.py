@@ -35,7 +35,7 @@ def pushed(builtin_scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Pa
     return out
 
 
-def test_it_learns_to_see_an_object_by_pushing_it(builtin_scene: Scene, pushed: Path) -> None:
+def test_object_is_located_after_being_pushed(builtin_scene: Scene, pushed: Path) -> None:
     task = Task(builtin_scene, IM, 1)
     task.close()
     push = Push(task.action_space)
@@ -66,7 +66,7 @@ def test_the_same_seed_gives_the_same_play(
     assert commands(paths[0]).tobytes() == commands(paths[1]).tobytes()  # NaN included
 
 
-def test_a_play_goes_on_from_its_recording(
+def test_play_is_resumed_from_its_recording(
     builtin_scene: Scene, pushed: Path, tmp_path: Path
 ) -> None:
     with Recording(pushed) as recording:
@@ -81,7 +81,7 @@ def test_a_play_goes_on_from_its_recording(
     task.close()
 
 
-def test_its_tests_are_the_same_with_two_processes(
+def test_trials_are_the_same_with_two_processes(
     builtin_scene: Scene, pushed: Path, tmp_path: Path
 ) -> None:
     goals = generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 2})
