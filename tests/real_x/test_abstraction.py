@@ -63,7 +63,9 @@ def test_thresholds_are_ranked_differences(triplets: Triplets, n_levels: int) ->
         (9, [1, 1, 2, 2, 4, 8, 8, 16, 16], [0, 0, 0, 0, 3, 5, 5, 7, 7]),
     ],
 )
-def test_thresholds_by_hand(n_levels: int, first: list[float], second: list[float]) -> None:
+def test_thresholds_match_a_hand_calculation(
+    n_levels: int, first: list[float], second: list[float]
+) -> None:
     """Five triplets: level l of L takes rank 5 l // (L - 1) from 0, the last one rank 4."""
     states = np.array([[0, 0], [0, 5], [0, 1], [0, 0], [0, -2]])
     outcomes = np.array([[8, 7], [-1, 0], [16, 1], [2, -3], [-4, -2]])
@@ -71,7 +73,7 @@ def test_thresholds_by_hand(n_levels: int, first: list[float], second: list[floa
     np.testing.assert_array_equal(thresholds, np.array([first, second]).T)
 
 
-def test_there_are_as_many_levels_as_in_the_paper_unless_told_otherwise() -> None:
+def test_number_of_levels_defaults_to_that_of_the_paper() -> None:
     triplets = Triplets(np.zeros((3, 2)), np.ones((3, 2)))
     assert DynamicAbstraction.learn(triplets).n_levels == N_LEVELS == 200
 
@@ -88,7 +90,7 @@ def test_the_order_of_the_triplets_does_not_matter(triplets: Triplets, random: o
 
 @settings(max_examples=100)
 @given(abstractions_and_differences())
-def test_levels_of_sameness_and_effect_are_those_of_the_definitions(
+def test_levels_of_sameness_and_effect_match_the_definitions(
     case: tuple[DynamicAbstraction, NDArray[np.float64]],
 ) -> None:
     abstraction, differences = case
@@ -104,7 +106,7 @@ def test_levels_of_sameness_and_effect_are_those_of_the_definitions(
     assert ((effective_below >= 0) & (effective_below <= abstraction.n_levels)).all()
 
 
-def test_sameness_and_effect_by_hand() -> None:
+def test_sameness_and_effect_match_a_hand_calculation() -> None:
     abstraction = DynamicAbstraction([[0.0, 1.0], [0.5, 1.0], [1.0, 2.0]])
     differences = np.array([[0.0, 0.0], [0.5, 0.0], [0.25, 1.0], [1.0, 0.0], [0.0, 9.0]])
     assert abstraction.same_from(differences).tolist() == [1, 2, 2, 3, 3]
@@ -113,7 +115,7 @@ def test_sameness_and_effect_by_hand() -> None:
 
 @settings(max_examples=50)
 @given(experiences())
-def test_of_no_action_more_can_be_said_than_that_it_is_effective_below_the_last_level(
+def test_no_action_is_effective_at_the_last_level(
     triplets: Triplets,
 ) -> None:
     """The coarsest thresholds are the largest differences, and effects must exceed them."""
@@ -122,7 +124,7 @@ def test_of_no_action_more_can_be_said_than_that_it_is_effective_below_the_last_
 
 
 @pytest.mark.parametrize("n_variables", [1, 2, 14])
-def test_without_triplets_nothing_is_the_same_as_anything(n_variables: int) -> None:
+def test_nothing_is_the_same_without_triplets(n_variables: int) -> None:
     nothing = Triplets(np.empty((0, n_variables)), np.empty((0, n_variables)))
     assert len(nothing) == 0
     abstraction = DynamicAbstraction.learn(nothing, 3)
@@ -132,7 +134,7 @@ def test_without_triplets_nothing_is_the_same_as_anything(n_variables: int) -> N
     assert abstraction.effective_below(nothing.differences).shape == (0,)
 
 
-def test_thresholds_by_hand_make_one_level() -> None:
+def test_fixed_thresholds_make_one_level() -> None:
     abstraction = DynamicAbstraction.fixed([0.02, 0.04])
     assert (abstraction.n_levels, abstraction.n_variables) == (1, 2)
     assert abstraction.same_from(np.array([[0.01, 0.03], [0.02, 0.03]])).tolist() == [0, 1]
@@ -153,20 +155,20 @@ def test_thresholds_by_hand_make_one_level() -> None:
         (np.empty((2, 0)), "levels x variables"),
     ],
 )
-def test_thresholds_that_are_none_are_refused(thresholds: Any, complaint: str) -> None:
+def test_invalid_thresholds_are_refused(thresholds: Any, complaint: str) -> None:
     with pytest.raises(RealBenchError, match=complaint):
         DynamicAbstraction(thresholds)
 
 
 @pytest.mark.parametrize("thresholds", [[], [-0.1], [np.nan, 0.1]])
-def test_thresholds_by_hand_that_are_none_are_refused(thresholds: list[float]) -> None:
+def test_invalid_fixed_thresholds_are_refused(thresholds: list[float]) -> None:
     with pytest.raises(RealBenchError, match="thresholds must be"):
         DynamicAbstraction.fixed(thresholds)
 
 
 @pytest.mark.parametrize("n_levels", [1, 0, -3])
 @pytest.mark.parametrize("n_triplets", [0, 3])
-def test_one_level_is_no_dynamic_abstraction(n_levels: int, n_triplets: int) -> None:
+def test_fewer_than_two_levels_are_refused(n_levels: int, n_triplets: int) -> None:
     triplets = Triplets(np.zeros((n_triplets, 2)), np.ones((n_triplets, 2)))
     with pytest.raises(RealBenchError, match=f"at least 2 levels, not {n_levels}"):
         DynamicAbstraction.learn(triplets, n_levels)
@@ -181,14 +183,14 @@ def test_one_level_is_no_dynamic_abstraction(n_levels: int, n_triplets: int) -> 
         (np.zeros((1, 2, 2)), np.zeros((1, 2, 2))),
     ],
 )
-def test_triplets_of_other_shapes_are_refused(states: Any, outcomes: Any) -> None:
+def test_triplets_of_unequal_shapes_are_refused(states: Any, outcomes: Any) -> None:
     with pytest.raises(RealBenchError, match="of one shape"):
         Triplets(states, outcomes)
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("name", ["states", "outcomes"])
-def test_triplets_that_are_not_finite_are_counted_and_refused(name: str, number: float) -> None:
+def test_non_finite_triplets_are_counted_and_refused(name: str, number: float) -> None:
     fields = {"states": np.zeros((5, 2)), "outcomes": np.zeros((5, 2))}
     fields[name][2, 1] = fields[name][2, 0] = fields[name][4, 0] = number
     with pytest.raises(RealBenchError, match=r"2 of 5 triplets .* the first is triplet 2"):

@@ -130,7 +130,7 @@ def seen(here: NDArray[np.float64], goal: NDArray[np.float64]) -> dict[str, Any]
 
 
 @BOTH
-def test_the_action_that_made_the_change_before_is_done_again(
+def test_action_that_made_the_change_before_is_repeated(
     builtin_scene: Scene, run: Path, mover: int, controller: str
 ) -> None:
     experience = Experience(run, OM)
@@ -143,7 +143,7 @@ def test_the_action_that_made_the_change_before_is_done_again(
 
 
 @BOTH
-def test_a_goal_that_one_known_action_makes_is_reached(
+def test_goal_within_one_known_action_is_reached(
     face: Face, run: Path, goal_of_the_mover: GoalSet, controller: str
 ) -> None:
     (trial,) = face(controller, run, goal_of_the_mover, steps=1500)
@@ -152,7 +152,7 @@ def test_a_goal_that_one_known_action_makes_is_reached(
 
 @BOTH
 @pytest.mark.parametrize(("depth", "expected"), [(3, [3, 3, 3, 3]), (10, [10, 9, 8, 7])])
-def test_another_plan_is_made_after_every_action_for_what_is_left_of_the_trial(
+def test_replans_after_every_action_for_the_rest_of_the_trial(
     face: Face,
     run: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -172,7 +172,7 @@ def test_another_plan_is_made_after_every_action_for_what_is_left_of_the_trial(
 
 
 @BOTH
-def test_trials_do_not_depend_on_those_before(
+def test_trials_do_not_depend_on_earlier_ones(
     face: Face,
     builtin_scene: Scene,
     run: Path,
@@ -214,7 +214,7 @@ def changed(run: Path, folder: Path, change: Callable[[h5py.File], None]) -> Pat
 
 
 @BOTH
-def test_a_way_is_gone_action_by_action(
+def test_path_is_followed_action_by_action(
     builtin_scene: Scene, run: Path, tmp_path: Path, controller: str
 ) -> None:
     way = np.append(0.0, np.cumsum(0.1 - 0.01 * np.arange(8)))[:, None] * [1, 1, 0]
@@ -233,7 +233,7 @@ def test_a_way_is_gone_action_by_action(
 
 @BOTH
 @pytest.mark.parametrize("experience", ["none", "one", "alike", "without effect"])
-def test_experience_that_leads_nowhere_lets_it_rest(
+def test_useless_experience_makes_it_rest(
     face: Face,
     at_rest: tuple[TrialResult, ...],
     run: Path,
@@ -253,7 +253,7 @@ def test_experience_that_leads_nowhere_lets_it_rest(
 
 
 @pytest.mark.parametrize("experience", ["one", "alike"])
-def test_real_d_cannot_use_an_action_that_it_has_nothing_to_compare_with(
+def test_real_d_cannot_use_an_action_without_others_to_compare(
     face: Face,
     run: Path,
     mover: int,
@@ -270,7 +270,7 @@ def test_real_d_cannot_use_an_action_that_it_has_nothing_to_compare_with(
 
 
 @pytest.mark.parametrize("condition", ["OJ", "OC"])
-def test_it_rests_in_every_way_of_control(
+def test_it_rests_with_every_control(
     face: Face, play: Play, tmp_path: Path, condition: str
 ) -> None:
     still = changed(play("real_d", 2000, condition), tmp_path, stand_still)
@@ -280,7 +280,7 @@ def test_it_rests_in_every_way_of_control(
 
 @BOTH
 @pytest.mark.parametrize("number", [np.nan, np.inf])
-def test_positions_that_are_no_numbers_are_told_before_any_trial(
+def test_non_finite_positions_are_refused_before_any_trial(
     face: Face, run: Path, tmp_path: Path, controller: str, number: float
 ) -> None:
     def spoil(file: h5py.File) -> None:
@@ -293,7 +293,7 @@ def test_positions_that_are_no_numbers_are_told_before_any_trial(
 
 
 @BOTH
-def test_without_a_run_there_is_nothing_to_plan_with(
+def test_planning_without_a_recording_is_refused(
     face: Face, tmp_path: Path, controller: str
 ) -> None:
     with pytest.raises(ControllerError, match=f"{controller}: .*--run"):
@@ -301,7 +301,7 @@ def test_without_a_run_there_is_nothing_to_plan_with(
     assert not (tmp_path / "score.json").exists()
 
 
-def test_real_t_cannot_be_tested_where_it_sees_no_positions(
+def test_real_t_is_refused_where_it_sees_no_positions(
     face: Face, play: Play, tmp_path: Path
 ) -> None:
     """Its thresholds are metres."""
@@ -312,7 +312,7 @@ def test_real_t_cannot_be_tested_where_it_sees_no_positions(
 
 
 @pytest.mark.parametrize("condition", ["OM", "OJ", "OC"])
-def test_it_plays_as_real_r_does(play: Play, condition: str) -> None:
+def test_planners_play_like_real_r(play: Play, condition: str) -> None:
     runs = []
     for controller in ("real_r", "real_d", "real_t"):
         with Recording(play(controller, 1200, condition)) as recording:
@@ -322,9 +322,7 @@ def test_it_plays_as_real_r_does(play: Play, condition: str) -> None:
         np.testing.assert_array_equal(poses, runs[0][1])
 
 
-def test_play_that_was_cut_goes_on_as_if_it_had_not_been(
-    play: Play, run: Path, tmp_path: Path
-) -> None:
+def test_resumed_play_matches_an_uninterrupted_one(play: Play, run: Path, tmp_path: Path) -> None:
     for steps in (1000, 3000):
         play("real_d", steps, out=tmp_path / "cut.h5")
     with Recording(tmp_path / "cut.h5") as cut, Recording(run) as whole:
@@ -351,7 +349,7 @@ def test_states_are_the_positions_of_all_objects(
     np.testing.assert_allclose(states[0][4:], goal.final_poses[:, :2].reshape(-1), atol=1e-12)
 
 
-def test_an_action_that_was_cut_short_is_not_planned_with(builtin_scene: Scene, play: Play) -> None:
+def test_cut_action_is_not_used_for_planning(builtin_scene: Scene, play: Play) -> None:
     ready = made("real_d", builtin_scene, play("real_d", 4500))
     assert ready._planner is not None
     assert len(ready._planner.triplets) == 4

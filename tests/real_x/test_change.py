@@ -23,7 +23,7 @@ def test_a_change_is_more_than_a_hundredth_of_the_largest(
     assert changed(Triplets(states, outcomes)).tolist() == expected
 
 
-def test_without_any_difference_nothing_has_changed() -> None:
+def test_identical_states_have_not_changed() -> None:
     states = np.ones((3, 2))
     assert not changed(Triplets(states, states)).any()
     assert changed(Triplets(states[:0], states[:0])).shape == (0,)
@@ -38,7 +38,7 @@ def pushes(n: int, k: int, seed: int) -> tuple[NDArray[np.float64], ...]:
 
 
 @pytest.mark.parametrize("moments", [1, 6])
-def test_it_learns_which_actions_hit(moments: int) -> None:
+def test_predictor_learns_which_actions_hit(moments: int) -> None:
     predictor = ChangePredictor(seed=0)
     predictor.train(*pushes(3000, moments, 0))
     places, hands, near = pushes(1000, moments, 1)
@@ -46,7 +46,7 @@ def test_it_learns_which_actions_hit(moments: int) -> None:
     assert (predicted == near).mean() > 0.9 > max(near.mean(), 1 - near.mean())
 
 
-def test_the_same_seed_gives_the_same_and_moments_have_no_order() -> None:
+def test_same_seed_gives_the_same_whatever_the_order_of_moments() -> None:
     places, hands, near = pushes(200, 4, 0)
     predictions = []
     for seed in (3, 3):
@@ -57,7 +57,7 @@ def test_the_same_seed_gives_the_same_and_moments_have_no_order() -> None:
     np.testing.assert_array_equal(predictor.predict(places, hands[:, ::-1]), predictions[0])
 
 
-def test_untrained_it_expects_nothing_and_bad_shapes_are_refused() -> None:
+def test_untrained_predicts_no_change_and_bad_shapes_are_refused() -> None:
     places, hands, near = pushes(5, 2, 0)
     predictor = ChangePredictor(seed=0)
     assert not predictor.predict(places, hands).any()
@@ -68,7 +68,7 @@ def test_untrained_it_expects_nothing_and_bad_shapes_are_refused() -> None:
             predictor.train(places[rows], hands[rows], near if rows.start else near[:0])
 
 
-def test_if_all_or_nothing_changed_it_says_so() -> None:
+def test_constant_outcomes_are_predicted() -> None:
     places, hands, near = pushes(50, 1, 0)
     for always in (False, True):
         predictor = ChangePredictor(seed=0)

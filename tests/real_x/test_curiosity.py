@@ -54,7 +54,7 @@ def test_the_same_seed_gives_the_same_play(
     }
 
 
-def test_a_run_killed_while_it_learns_goes_on(tmp_path: Path) -> None:
+def test_run_killed_while_learning_is_resumed(tmp_path: Path) -> None:
     short = (
         "curiosity.every=4",
         "curiosity.steps=100",
@@ -82,7 +82,7 @@ def test_a_run_killed_while_it_learns_goes_on(tmp_path: Path) -> None:
     np.testing.assert_array_equal(rows(out)[: len(before)], before)
 
 
-def test_a_run_that_goes_on_has_learned_what_it_had_learned(
+def test_resumed_run_chooses_like_an_uninterrupted_one(
     builtin_scene: Scene, tmp_path: Path
 ) -> None:
     """Its choices in the same state are those of the run that was never cut."""
@@ -120,7 +120,7 @@ def test_play_shorter_than_the_bootstrap_is_random_and_can_be_tested(
 
 
 @pytest.mark.parametrize("condition", [IM, IJ])
-def test_play_in_which_nothing_ever_moves_ends_and_can_be_tested(
+def test_play_without_any_motion_ends_and_can_be_tested(
     builtin_scene: Scene, tmp_path: Path, condition: Condition, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rest = Action.rest(4 if condition is IM else 9)
@@ -166,20 +166,20 @@ def noise(n: int) -> NDArray[np.uint8]:
     return np.random.default_rng(1).integers(0, 255, (n, 240, 320, 3)).astype(np.uint8)
 
 
-def test_before_it_has_learned_it_takes_the_first_proposal() -> None:
+def test_first_proposal_is_taken_before_learning() -> None:
     assert Remembered(noise(4)).live(curiosity()) == [1] * 4
 
 
-def test_where_all_images_are_alike_it_does_something_at_random() -> None:
+def test_random_action_is_taken_where_all_images_are_alike() -> None:
     still = np.repeat(noise(1), 9, axis=0)
     assert Remembered(still).live(curiosity()) == [1] * 4 + [9] * 5  # 8 candidates, then any
 
 
-def test_where_the_arm_is_always_in_view_it_learns_nothing_but_goes_on() -> None:
+def test_nothing_is_learned_while_the_arm_is_in_view() -> None:
     assert Remembered(noise(6)).live(curiosity(), np.ones(9)) == [1] * 4 + [9] * 2
 
 
-def test_where_every_action_changes_something_the_first_one_will_do() -> None:
+def test_first_candidate_is_taken_where_every_action_changes_something() -> None:
     images, random = np.zeros((45, 240, 320, 3), np.uint8), np.random.default_rng(0)
     for image in images:
         row, column = random.integers(0, (180, 260))

@@ -23,7 +23,7 @@ def chosen(action: Action, control: str) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", CONDITION_NAMES)
-def test_actions_are_whole_ones_within_the_space(builtin_scene: Scene, name: str) -> None:
+def test_actions_are_whole_and_within_the_space(builtin_scene: Scene, name: str) -> None:
     condition = Condition.parse(name)
     space = action_space(builtin_scene, condition)
     for action in draws(space, seed=0):
@@ -69,7 +69,7 @@ def test_draws_fill_the_space(builtin_scene: Scene, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["OJ", "OC"])
-def test_one_to_ten_points_are_as_likely(builtin_scene: Scene, name: str) -> None:
+def test_one_to_ten_points_are_equally_likely(builtin_scene: Scene, name: str) -> None:
     condition = Condition.parse(name)
     actions = draws(action_space(builtin_scene, condition), seed=1, n=1000)
     counts = np.bincount([len(chosen(action, condition.control)) for action in actions])
@@ -78,14 +78,14 @@ def test_one_to_ten_points_are_as_likely(builtin_scene: Scene, name: str) -> Non
     assert counts[1:].min() > 60
 
 
-def test_joints_come_home(builtin_scene: Scene) -> None:
+def test_joint_actions_end_at_home(builtin_scene: Scene) -> None:
     for action in draws(action_space(builtin_scene, Condition.parse("OJ")), seed=0, n=20):
         np.testing.assert_array_equal(action.commands[-1], HOME)
         assert action.n_steps[-1] == 150
         assert action.line.tolist() == [True] * (len(action.commands) - 1) + [False]
 
 
-def test_hands_turn_to_all_sides_alike(builtin_scene: Scene) -> None:
+def test_hand_orientations_are_uniform(builtin_scene: Scene) -> None:
     actions = draws(action_space(builtin_scene, Condition.parse("OC")), seed=0, n=1000)
     quaternions = np.vstack([action.commands[:, 3:7] for action in actions])
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1, rtol=1e-12)
@@ -93,6 +93,6 @@ def test_hands_turn_to_all_sides_alike(builtin_scene: Scene) -> None:
     np.testing.assert_allclose((quaternions**2).mean(axis=0), 0.25, atol=0.02)
 
 
-def test_poses_share_the_time(builtin_scene: Scene) -> None:
+def test_poses_share_the_time_equally(builtin_scene: Scene) -> None:
     for action in draws(action_space(builtin_scene, Condition.parse("OC")), seed=0, n=50):
         assert action.n_steps.max() - action.n_steps.min() <= 1

@@ -5,7 +5,7 @@ import numpy as np
 from real_bench.real_x.home import AWAY_RADIANS, is_home
 
 
-def test_every_joint_counts() -> None:
+def test_is_home_checks_every_joint() -> None:
     joints = np.zeros((10, 9))
     joints[np.arange(9), np.arange(9)] = -2 * AWAY_RADIANS
     assert is_home(joints).tolist() == [False] * 9 + [True]

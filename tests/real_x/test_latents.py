@@ -55,7 +55,7 @@ def face(
     return ExtrinsicPhase(plan, 1, out).run(ignore).trials
 
 
-def test_what_was_learned_at_play_is_kept_and_used_in_tests(
+def test_weights_learned_in_play_are_kept_and_used_in_tests(
     builtin_scene: Scene, goals: GoalSet, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Recording(run) as recording:
@@ -65,7 +65,7 @@ def test_what_was_learned_at_play_is_kept_and_used_in_tests(
     face(builtin_scene, goals, run, tmp_path / "score.json")
 
 
-def test_it_learns_the_same_from_what_another_one_recorded(
+def test_same_is_learned_from_the_recording_of_another_controller(
     builtin_scene: Scene, goals: GoalSet, run: Path, tmp_path: Path
 ) -> None:
     other = play(builtin_scene, "real_r", tmp_path / "r.h5")
@@ -74,7 +74,7 @@ def test_it_learns_the_same_from_what_another_one_recorded(
     )
 
 
-def test_from_the_first_steps_it_learns_as_if_there_were_no_more(
+def test_run_steps_learns_as_from_a_shorter_recording(
     builtin_scene: Scene, goals: GoalSet, run: Path, tmp_path: Path
 ) -> None:
     short = play(builtin_scene, "real_r", tmp_path / "short.h5", 4000)
@@ -85,7 +85,7 @@ def test_from_the_first_steps_it_learns_as_if_there_were_no_more(
         face(builtin_scene, goals, run, tmp_path / "more.json", run_steps=8001)
 
 
-def test_play_that_was_cut_learns_from_all_of_it(builtin_scene: Scene, tmp_path: Path) -> None:
+def test_resumed_play_learns_again_at_its_end(builtin_scene: Scene, tmp_path: Path) -> None:
     out = tmp_path / "cut.h5"
     states = []
     for steps in (3000, 5000):
@@ -95,7 +95,7 @@ def test_play_that_was_cut_learns_from_all_of_it(builtin_scene: Scene, tmp_path:
     assert not np.array_equal(*states)
 
 
-def test_codes_of_triplets_are_those_of_what_is_seen(run: Path) -> None:
+def test_codes_of_triplets_match_those_of_their_images(run: Path) -> None:
     sees = Latents(ForegroundSettings(**SMALL["eye"]), VAESettings(**SMALL["vae"]))
     with pytest.raises(RealBenchError, match="background"):
         sees.state({"retina": np.zeros((240, 320, 3), np.uint8)})
@@ -108,7 +108,7 @@ def test_codes_of_triplets_are_those_of_what_is_seen(run: Path) -> None:
         np.testing.assert_allclose(sees.goal({"goal": after}), outcome, rtol=1e-5, atol=1e-6)
 
 
-def test_a_copy_sees_the_same(run: Path, builtin_scene: Scene) -> None:
+def test_copy_sees_the_same(run: Path, builtin_scene: Scene) -> None:
     from real_bench.spaces import action_space, observation_space
 
     spaces = action_space(builtin_scene, IM), observation_space(builtin_scene, IM, 1)
@@ -132,7 +132,7 @@ def scenery(n: int = 60) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     return images, where
 
 
-def test_foreground_is_what_moves_and_looking_changes_nothing() -> None:
+def test_foreground_is_what_moves_in_whatever_order() -> None:
     images, where = scenery()
     background = Background(images)
     found = np.array([background.foreground(image) for image in images])
@@ -142,12 +142,12 @@ def test_foreground_is_what_moves_and_looking_changes_nothing() -> None:
     np.testing.assert_array_equal(again, found)
 
 
-def test_one_image_has_no_background() -> None:
+def test_background_needs_two_images() -> None:
     with pytest.raises(RealBenchError, match="needs at least 2 images, not 1"):
         Background(scenery(1)[0])
 
 
-def test_the_papers_settings_are_settings(builtin_scene: Scene, tmp_path: Path) -> None:
+def test_settings_of_the_paper_are_accepted(builtin_scene: Scene, tmp_path: Path) -> None:
     paper = read_settings(PAPER, ["vae.steps=1"])
     phase = IntrinsicPhase(
         "real_ild", IM, 1, builtin_scene, 2000, 0, tmp_path / "run.h5", None, paper

@@ -50,7 +50,7 @@ def crowds(draw: st.DrawFn) -> tuple[Vector, NDArray[np.int64], Vector, Vector]:
 
 @settings(max_examples=200)
 @given(crowds())
-def test_those_are_found_that_comparing_all_finds(
+def test_neighbours_match_a_brute_force_search(
     crowd: tuple[Vector, NDArray[np.int64], Vector, Vector],
 ) -> None:
     states, nodes, near, state = crowd
@@ -60,7 +60,7 @@ def test_those_are_found_that_comparing_all_finds(
 
 @pytest.mark.parametrize("scale", [1e-9, 0.1, 1.0, 1e6])
 @pytest.mark.parametrize("offset", [0.0, 1.0, 1e6])
-def test_nothing_on_the_edge_is_lost_or_won(scale: float, offset: float) -> None:
+def test_neighbours_at_the_threshold_match_brute_force(scale: float, offset: float) -> None:
     """Far from zero, rounding is larger than the differences that matter."""
     random = np.random.default_rng(0)
     for n_variables in (1, 2, 14):
@@ -75,26 +75,26 @@ def test_nothing_on_the_edge_is_lost_or_won(scale: float, offset: float) -> None
 
 
 @pytest.mark.parametrize("thresholds", [[0.0, 1.0], [0.0, 0.0]])
-def test_where_a_threshold_is_zero_nothing_is_found(thresholds: list[float]) -> None:
+def test_nothing_is_found_where_a_threshold_is_zero(thresholds: list[float]) -> None:
     states = np.zeros((3, 2))
     neighbours = Neighbours(states, np.arange(3), np.array(thresholds))
     assert neighbours.of(states[0]).tolist() == []
 
 
-def test_where_there_is_nothing_nothing_is_found() -> None:
+def test_nothing_is_found_among_no_nodes() -> None:
     for states in (np.empty((0, 2)), np.zeros((3, 2))):
         neighbours = Neighbours(states, np.arange(0), np.ones(2))
         assert neighbours.of(np.zeros(2)).tolist() == []
 
 
-def test_only_what_may_be_found_is_found() -> None:
+def test_only_given_nodes_are_found() -> None:
     states = np.array([[0.5], [0.4], [0.3], [0.2], [0.1], [9.0]])
     neighbours = Neighbours(states, np.array([1, 2, 4, 5]), np.array([0.45]))
     assert sorted(neighbours.of(np.array([0.0])).tolist()) == [1, 2, 4]
 
 
 @pytest.mark.filterwarnings("ignore:overflow")
-def test_thresholds_next_to_nothing_find_what_is_identical() -> None:
+def test_tiny_thresholds_find_identical_states() -> None:
     states = np.array([[0.0], [1.0], [1.0]])
     neighbours = Neighbours(states, np.arange(3), np.array([5e-324]))
     assert sorted(neighbours.of(states[1]).tolist()) == [1, 2]

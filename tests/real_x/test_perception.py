@@ -29,7 +29,7 @@ def run(builtin_scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_each_image_state_is_that_of_the_image_it_comes_from(run: Path) -> None:
+def test_each_state_matches_the_image_it_comes_from(run: Path) -> None:
     perception = BlurredImages(8, 6, 1.0)
     triplets = perception.triplets(Experience(run, IM))
     with Recording(run) as recording:
@@ -45,14 +45,14 @@ def test_each_image_state_is_that_of_the_image_it_comes_from(run: Path) -> None:
             np.testing.assert_array_equal(table[number], read({key: image}))
 
 
-def test_image_conditions_tell_no_positions(run: Path) -> None:
+def test_image_states_have_no_positions(run: Path) -> None:
     perception = BlurredImages(8, 6, 1.0)
     assert perception.positions(np.zeros((2, 48))) is None
 
 
 @settings(deadline=None, max_examples=20)
 @given(st.integers(0, 14), st.integers(0, 19))
-def test_out_of_focus_every_cell_feels_a_push(row: int, column: int) -> None:
+def test_strong_blur_spreads_a_change_to_every_cell(row: int, column: int) -> None:
     """And in focus only those where something moved."""
     before = np.full((240, 320, 3), 100, np.uint8)
     after = before.copy()
@@ -66,7 +66,7 @@ def test_out_of_focus_every_cell_feels_a_push(row: int, column: int) -> None:
     assert np.flatnonzero(changed(0.0)).tolist() == [20 * row + column]
 
 
-def test_real_d_takes_positions_where_it_sees_them_else_images(builtin_scene: Scene) -> None:
+def test_real_d_uses_positions_where_seen_and_images_otherwise(builtin_scene: Scene) -> None:
     for condition, expected in ((OM, ObjectPositions), (IM, BlurredImages)):
         spaces = (
             action_space(builtin_scene, condition),
@@ -75,7 +75,7 @@ def test_real_d_takes_positions_where_it_sees_them_else_images(builtin_scene: Sc
         assert isinstance(RealD(*spaces, RealDSettings())._perception, expected)
 
 
-def test_more_cells_than_memory_are_refused_before_they_are_made() -> None:
+def test_more_cells_than_fit_into_memory_are_refused() -> None:
     class Many:
         def __len__(self) -> int:
             return 15_000

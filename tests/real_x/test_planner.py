@@ -140,7 +140,7 @@ def test_no_sequence_is_better_where_long_ones_are_needed(unit: float) -> None:
 
 @pytest.mark.parametrize("n_variables", [14, 300])
 @pytest.mark.parametrize("seed", range(8))
-def test_no_sequence_is_better_in_many_variables_either(seed: int, n_variables: int) -> None:
+def test_no_sequence_is_better_in_many_variables(seed: int, n_variables: int) -> None:
     """As many as images have; in eighths, so that all sums are exact."""
     random, n_actions = np.random.default_rng(seed), 1 + seed % 4
     way = np.cumsum(random.integers(-6, 7, (9, n_variables)), axis=0) / 8
@@ -155,7 +155,7 @@ def test_no_sequence_is_better_in_many_variables_either(seed: int, n_variables: 
 
 @settings(max_examples=100)
 @given(problems())
-def test_a_plan_holds_together(problem: Problem) -> None:
+def test_plan_is_consistent_with_its_triplets(problem: Problem) -> None:
     plan = problem.plan()
     assert plan.n_expanded >= 0
     assert plan.is_at_goal == (plan.level is not None and not plan.triplets)
@@ -197,7 +197,7 @@ def test_more_actions_never_make_the_level_coarser(problem: Problem) -> None:
 
 @settings(max_examples=50)
 @given(problems())
-def test_a_planner_that_has_planned_before_plans_the_same(problem: Problem) -> None:
+def test_planner_plans_the_same_when_reused_or_copied(problem: Problem) -> None:
     planner = Planner(
         Triplets(problem.states, problem.outcomes), DynamicAbstraction(problem.thresholds)
     )
@@ -212,7 +212,7 @@ def steps_of_ten_centimetres(n: int) -> Triplets:
     return Triplets(starts, starts + 0.09)
 
 
-def test_a_plan_by_hand() -> None:
+def test_plans_match_a_hand_calculation() -> None:
     planner = Planner(steps_of_ten_centimetres(5), DynamicAbstraction([[0.005], [0.02], [0.05]]))
     assert planner.plan([0.101], [0.195]) == Plan(1, (1,), 0)
     assert planner.plan([0.101], [0.192]) == Plan(0, (1,), 0)
@@ -224,7 +224,7 @@ def test_a_plan_by_hand() -> None:
     assert planner.plan([0.4], [0.1]).level is None
 
 
-def test_a_plan_has_no_more_actions_than_allowed() -> None:
+def test_plan_length_is_limited_by_the_depth() -> None:
     planner = Planner(steps_of_ten_centimetres(30), DynamicAbstraction([[0.02]]))
     goal = [1.09]
     assert planner.plan([0.0], goal, depth=11).triplets == tuple(range(11))
@@ -233,19 +233,19 @@ def test_a_plan_has_no_more_actions_than_allowed() -> None:
     assert planner.plan([0.0], goal).level is None
 
 
-def test_of_plans_that_are_as_short_the_one_that_ends_nearest_is_taken() -> None:
+def test_nearest_end_wins_among_equally_short_plans() -> None:
     outcomes = [[0.5, 0.53], [0.52, 0.52], [0.5, 0.51], [0.49, 0.52]]
     planner = Planner(Triplets(np.zeros((4, 2)), outcomes), DynamicAbstraction([[0.1, 0.1]]))
     assert planner.plan([0, 0], [0.5, 0.5]).triplets == (2,)
 
 
-def test_a_plan_with_fewer_actions_is_taken_though_it_ends_farther_away() -> None:
+def test_shorter_plan_wins_even_if_it_ends_farther_away() -> None:
     triplets = Triplets([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
     plan = Planner(triplets, DynamicAbstraction([[0.1]])).plan([0.0], [1.0])
     assert plan.triplets == (0,)
 
 
-def test_a_way_that_first_leads_away_is_taken_where_it_has_fewer_actions() -> None:
+def test_shorter_plan_wins_even_if_it_first_leads_away() -> None:
     """Two actions by way of -0.5, and three that come nearer each time."""
     triplets = Triplets(
         [[0.0], [0.33], [0.67], [0.0], [-0.5]], [[0.33], [0.67], [1.0], [-0.5], [1.0]]
@@ -254,7 +254,7 @@ def test_a_way_that_first_leads_away_is_taken_where_it_has_fewer_actions() -> No
     assert plan.triplets == (3, 4)
 
 
-def test_coarseness_brings_one_farther_than_any_action_does() -> None:
+def test_plan_may_jump_within_the_threshold_between_actions() -> None:
     """The first variable is moved by actions; in the second, all that matters is the threshold."""
     states = [[0.0, 9.0], [1.0, 15.0], [0.0, 9.9], [0.6, 15.0], [1.3, 15.0]]
     outcomes = [[1.0, 9.0], [2.0, 15.0], [0.6, 9.9], [1.3, 15.0], [2.0, 15.0]]
@@ -263,14 +263,14 @@ def test_coarseness_brings_one_farther_than_any_action_does() -> None:
 
 
 @pytest.mark.parametrize("order", [*permutations(range(4))])
-def test_of_plans_that_are_equally_good_always_the_same_is_taken(order: tuple[int, ...]) -> None:
+def test_same_plan_is_taken_among_equally_good_ones(order: tuple[int, ...]) -> None:
     corners = np.array([[0.375, 0.375], [0.375, 0.625], [0.625, 0.375], [0.625, 0.625]])
     triplets = Triplets(np.zeros((4, 2)), corners[list(order)])
     plan = Planner(triplets, DynamicAbstraction([[0.25, 0.25]])).plan([0.0, 0.0], [0.5, 0.5])
     assert [order[number] for number in plan.triplets] == [0]
 
 
-def test_a_finer_level_is_taken_though_its_plan_is_longer() -> None:
+def test_finer_level_wins_even_if_its_plan_is_longer() -> None:
     triplets = Triplets([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
     plan = Planner(triplets, DynamicAbstraction([[0.01], [0.1]])).plan([0.0], [1.0])
     assert (plan.level, plan.triplets) == (0, (1, 2))
@@ -324,7 +324,7 @@ def test_an_abstraction_of_other_variables_is_refused() -> None:
         Planner(Triplets(np.zeros((1, 2)), np.ones((1, 2))), DynamicAbstraction([[0.1] * 3]))
 
 
-def test_differences_next_to_nothing_are_planned_with() -> None:
+def test_tiny_thresholds_do_not_break_the_search() -> None:
     states = np.array([[0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
     outcomes = np.array([[0.5, 0.0], [1.0, 0.0], [0.5, 1.0]])
     here, goal = np.array([0.0, 0.0]), np.array([1.0, 0.0])

@@ -68,7 +68,7 @@ def least_cost(maze: Maze) -> float | None:
 
 @settings(max_examples=250)
 @given(mazes())
-def test_no_path_is_better(maze: Maze) -> None:
+def test_no_path_is_cheaper_than_the_one_found(maze: Maze) -> None:
     path, n_expanded = maze.path()
     assert n_expanded >= 0
     assert (maze.cost(path) if path else None) == least_cost(maze)
@@ -93,12 +93,12 @@ def corridor(n: int, depth: int) -> Maze:
 
 
 @pytest.mark.parametrize("n", [1, 2, 7])
-def test_a_path_may_be_as_long_as_the_depth_and_no_longer(n: int) -> None:
+def test_path_length_is_limited_by_the_depth(n: int) -> None:
     assert corridor(n, depth=n).path() == (list(range(n)), n - 1)
     assert corridor(n, depth=n - 1).path() == ([], max(0, n - 2))
 
 
-def test_a_node_that_was_reached_on_a_detour_is_reached_anew() -> None:
+def test_node_first_reached_by_a_detour_can_be_reached_again() -> None:
     """Node 3 is first found by way of 1 and 2, which promise much; only from 4 it is in reach."""
     follow = ((1,), (2,), (3,), (5,), (3,), ())
     estimates = (0.0, 0.0, 0.0, 1.0, 2.0, 2.0)
@@ -106,7 +106,7 @@ def test_a_node_that_was_reached_on_a_detour_is_reached_anew() -> None:
     assert maze.path() == ([4, 3, 5], 5)  # each was expanded once
 
 
-def test_what_is_estimated_far_is_not_expanded() -> None:
+def test_nodes_estimated_far_are_not_expanded() -> None:
     follow = ((2,), (3,), (4,), (4,), ())
     maze = Maze(follow, (0, 1), frozenset([4]), (2.0, 9.0, 1.0, 8.0, 0.0), depth=5)
     assert maze.path() == ([0, 2, 4], 2)

@@ -42,7 +42,7 @@ def test_codes_are_near_where_spots_are_near() -> None:
     assert spearmanr(latent, real).statistic > 0.8
 
 
-def test_loss_falls_and_every_epoch_is_told() -> None:
+def test_loss_falls_and_every_epoch_is_reported() -> None:
     images, _ = blobs()
     told: list[tuple[int, float]] = []
     VAE(SIDE * SIDE, 2, 32, 1).train(
@@ -54,14 +54,14 @@ def test_loss_falls_and_every_epoch_is_told() -> None:
     assert told[-1][1] < told[0][1]
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_one_others() -> None:
+def test_same_seed_gives_the_same_codes_and_another_does_not() -> None:
     images, _ = blobs(100)
     codes = [trained(images, seed, epochs=2).encode(images) for seed in (1, 1, 2)]
     np.testing.assert_array_equal(codes[0], codes[1])
     assert not np.array_equal(codes[0], codes[2])
 
 
-def test_weights_are_all_that_another_one_needs() -> None:
+def test_weights_are_enough_to_restore_a_vae() -> None:
     images, _ = blobs(100)
     vae, other = trained(images, epochs=2), VAE(SIDE * SIDE, 2, 32, seed=9)
     other.set_weights(copy.deepcopy(vae.weights()))
@@ -69,7 +69,7 @@ def test_weights_are_all_that_another_one_needs() -> None:
     assert all(isinstance(values, np.ndarray) for values in vae.weights().values())
 
 
-def test_weights_of_another_shape_and_images_of_another_size_are_refused() -> None:
+def test_weights_and_images_of_other_sizes_are_refused() -> None:
     images, _ = blobs(10)
     vae = VAE(SIDE * SIDE, 2, 32, seed=1)
     with pytest.raises(RealBenchError, match="weights are of another VAE"):
@@ -89,7 +89,7 @@ def test_training_leaves_the_global_randomness_alone() -> None:
     assert torch.equal(torch.rand(3), expected)
 
 
-def test_a_vae_that_diverges_says_so() -> None:
+def test_diverging_training_is_reported() -> None:
     with pytest.raises(RealBenchError, match="diverged in epoch 1: lower its rate"):
         VAE(SIDE * SIDE, 2, 32, 1).train(
             blobs(100)[0], Training(epochs=3, batch=8, rate=1e30, weight=1.0), ignore_epochs
