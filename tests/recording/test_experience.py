@@ -14,7 +14,7 @@ from real_bench.recording import Experience, Recording
 OM, IM = Condition.parse("OM"), Condition.parse("IM")
 
 
-def test_it_tells_the_triplets(cut_path: Path, cut_run: Recording) -> None:
+def test_experience_matches_the_recorded_triplets(cut_path: Path, cut_run: Recording) -> None:
     experience = Experience(cut_path, OM)
     rows, images = cut_run.transitions, cut_run.images()
     assert len(experience) == len(rows)
@@ -31,20 +31,20 @@ def test_it_tells_the_triplets(cut_path: Path, cut_run: Recording) -> None:
         np.testing.assert_array_equal(experience.image_after(i), images[row["outcome"]])
 
 
-def test_its_actions_are_as_long_as_they_were(cut_path: Path, cut_run: Recording) -> None:
+def test_actions_keep_their_durations(cut_path: Path, cut_run: Recording) -> None:
     experience = Experience(cut_path, OM)
     durations = [experience.action(i).duration for i in range(len(experience))]
     assert durations == cut_run.transitions["n_steps"].tolist()
 
 
-def test_a_copy_in_another_process_tells_the_same(cut_path: Path) -> None:
+def test_copied_and_pickled_experience_is_the_same(cut_path: Path) -> None:
     experience = Experience(cut_path, OM)
     for twin in (copy.deepcopy(experience), pickle.loads(pickle.dumps(experience))):
         np.testing.assert_array_equal(twin.positions_after(), experience.positions_after())
         np.testing.assert_array_equal(twin.image_after(2), experience.image_after(2))
 
 
-def test_a_test_with_images_gets_no_positions(cut_path: Path) -> None:
+def test_image_condition_gets_no_positions(cut_path: Path) -> None:
     experience = Experience(cut_path, IM)
     assert experience.image_before(0).any()
     for positions in (
@@ -58,12 +58,12 @@ def test_a_test_with_images_gets_no_positions(cut_path: Path) -> None:
     assert not any(np.shape(value)[1:] == (2, 7) for value in vars(experience).values())
 
 
-def test_a_run_with_images_gives_no_positions(image_path: Path) -> None:
+def test_recording_of_an_image_condition_has_no_positions(image_path: Path) -> None:
     with pytest.raises(RecordingError, match="no positions"):
         Experience(image_path, OM).positions_after()
 
 
-def test_its_first_steps_are_all_that_a_shorter_one_tells(cut_path: Path) -> None:
+def test_shorter_experience_holds_only_its_first_steps(cut_path: Path) -> None:
     whole = Experience(cut_path, OM)
     ends = np.cumsum(whole.durations)
     for n_actions in range(len(whole) + 1):

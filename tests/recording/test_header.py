@@ -55,13 +55,13 @@ def test_a_header_survives_its_file(header: Header) -> None:
         ("colour", "red"),
     ],
 )
-def test_a_header_refuses_what_cannot_be(header: Header, field: str, value: object) -> None:
+def test_header_refuses_invalid_fields(header: Header, field: str, value: object) -> None:
     with pytest.raises((ValidationError, ConditionError), match=field):
         Header.model_validate({**header.model_dump(), field: value})
 
 
 @given(HEADERS, HEADERS)
-def test_differences_name_just_the_fields_that_decide(one: Header, other: Header) -> None:
+def test_differences_name_only_fields_that_matter_for_resuming(one: Header, other: Header) -> None:
     named = {difference.partition(":")[0] for difference in one.differences(other)}
     assert named - {"controller"} == {
         field for field in RESUMED_ALIKE if getattr(one, field) != getattr(other, field)
@@ -82,7 +82,7 @@ def test_differences_name_just_the_fields_that_decide(one: Header, other: Header
         ("other", "", "RealR", False),
     ],
 )
-def test_a_run_knows_its_maker(
+def test_header_recognises_its_controller(
     header: Header, controller: str, source: str, class_name: str, own: bool
 ) -> None:
     made = header.model_copy(update={"controller_sha256": "7" * 64})
@@ -100,26 +100,26 @@ def test_a_run_knows_its_maker(
         ("OC", "OM", False),
     ],
 )
-def test_a_test_may_know_no_more_than_the_run(
+def test_condition_of_a_test_must_fit_that_of_the_recording(
     header: Header, recorded: str, tested: str, fits: bool
 ) -> None:
     run = header.model_copy(update={"condition": recorded})
     assert (run.misfits(Condition.parse(tested), 2, run.scene_sha256) == []) == fits
 
 
-def test_a_test_with_other_objects_or_scene_does_not_fit(header: Header) -> None:
+def test_other_objects_or_scene_do_not_fit(header: Header) -> None:
     condition = Condition.parse("OM")
     assert "not 3" in header.misfits(condition, 3, header.scene_sha256)[0]
     assert "another scene" in header.misfits(condition, 2, "0" * 64)[0]
 
 
-def test_a_test_does_not_learn_from_an_earlier_version_of_its_control(header: Header) -> None:
+def test_earlier_version_of_the_control_does_not_fit(header: Header) -> None:
     run = header.model_copy(update={"control_version": 1})
     told = "its macro-actions have version 1, this realbench has 2"
     assert told in run.misfits(Condition.parse("OM"), 2, header.scene_sha256)[0]
     assert run.differences(header) == ["control_version: 1, not 2"]
 
 
-def test_versions_say_what_ran() -> None:
+def test_package_versions_are_known() -> None:
     assert {"real-bench", "python", "pybullet", "numpy"} <= package_versions().keys()
     assert "unknown" not in package_versions().values()

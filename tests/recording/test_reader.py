@@ -60,7 +60,9 @@ def only_the_name(path: Path) -> None:
     "make",
     [text, numpy_array, other_hdf5, only_the_name, Path.touch, Path.mkdir, lambda path: None],
 )
-def test_what_is_no_recording_is_refused(make: Callable[[Path], Any], tmp_path: Path) -> None:
+def test_files_that_are_no_recording_are_refused(
+    make: Callable[[Path], Any], tmp_path: Path
+) -> None:
     path = tmp_path / "run.h5"
     make(path)
     refusal(path)
@@ -137,20 +139,18 @@ def use_a_condition_that_is_none(file: h5py.File) -> None:
         garble_the_versions,
     ],
 )
-def test_rows_that_do_not_fit_together_are_refused(
+def test_inconsistent_rows_are_refused(
     alter: Callable[[h5py.File], None], cut_path: Path, tmp_path: Path
 ) -> None:
     refusal(altered(cut_path, tmp_path, alter))
 
 
-def test_an_unknown_condition_is_refused_with_the_name_of_the_file(
-    cut_path: Path, tmp_path: Path
-) -> None:
+def test_unknown_condition_is_refused_naming_the_file(cut_path: Path, tmp_path: Path) -> None:
     refusal(altered(cut_path, tmp_path, use_a_condition_that_is_none))
 
 
 @pytest.mark.parametrize("attribute", ["format", "schema_version"])
-def test_attributes_of_a_strange_type_are_refused(
+def test_attributes_of_a_wrong_type_are_refused(
     attribute: str, cut_path: Path, tmp_path: Path
 ) -> None:
     def alter(file: h5py.File) -> None:
@@ -159,7 +159,7 @@ def test_attributes_of_a_strange_type_are_refused(
     refusal(altered(cut_path, tmp_path, alter))
 
 
-def test_a_damaged_image_is_one_clear_error(cut_path: Path, tmp_path: Path) -> None:
+def test_damaged_image_is_reported_with_its_file(cut_path: Path, tmp_path: Path) -> None:
     path = Path(shutil.copy(cut_path, tmp_path / "altered.h5"))
     with h5py.File(path) as file:
         chunk = file["images"].id.get_chunk_info(0)

@@ -16,7 +16,7 @@ from tests.recording.bench import ignore
 from tests.recording.conftest import CUT_AT, CUT_RUN_STEPS
 
 
-def test_steps_and_commands_are_counted_without_gap(cut_run: Recording) -> None:
+def test_steps_and_commands_are_counted_without_gaps(cut_run: Recording) -> None:
     rows = cut_run.transitions
     durations, counts = rows["n_steps"], rows["n_commands"]
     assert rows["first_step"].tolist() == [0, *np.cumsum(durations)[:-1]]
@@ -28,7 +28,7 @@ def test_steps_and_commands_are_counted_without_gap(cut_run: Recording) -> None:
     assert (steps[rows["outcome"]] == rows["first_step"] + durations).all()
 
 
-def test_an_outcome_is_the_next_precondition_but_at_a_cut(cut_run: Recording) -> None:
+def test_outcome_is_the_next_precondition_except_at_a_cut(cut_run: Recording) -> None:
     rows = cut_run.transitions
     continues = rows["outcome"][:-1] == rows["precondition"][1:]
     assert cut_run.cuts == [CUT_AT]
@@ -36,7 +36,7 @@ def test_an_outcome_is_the_next_precondition_but_at_a_cut(cut_run: Recording) ->
     assert (rows["outcome"] == rows["precondition"] + 1).all()
 
 
-def test_the_world_goes_on_where_it_was_cut(cut_run: Recording) -> None:
+def test_world_resumes_where_it_was_cut(cut_run: Recording) -> None:
     rows = cut_run.transitions
     first = int(np.flatnonzero(rows["first_step"] == CUT_AT)[0])
     before, after = rows["outcome"][first - 1], rows["precondition"][first]
@@ -45,7 +45,7 @@ def test_the_world_goes_on_where_it_was_cut(cut_run: Recording) -> None:
     np.testing.assert_allclose(joints[after], joints[before], atol=1e-12)
 
 
-def test_executing_the_recorded_actions_again_gives_the_recording(
+def test_replaying_the_actions_reproduces_the_recording(
     cut_path: Path, cut_run: Recording, scene: Scene
 ) -> None:
     """Poses, joints, touch and images, to the last bit."""
@@ -70,7 +70,7 @@ def test_executing_the_recorded_actions_again_gives_the_recording(
     task.close()
 
 
-def test_the_hash_of_the_commands_does_not_depend_on_when_they_were_written(
+def test_hash_of_commands_does_not_depend_on_write_times(
     scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hashes = []
@@ -88,7 +88,7 @@ def test_the_hash_of_the_commands_does_not_depend_on_when_they_were_written(
     assert hashes[0] == hashes[1] != ""
 
 
-def test_a_recording_without_hash_goes_on_without(scene: Scene, tmp_path: Path) -> None:
+def test_recording_without_a_hash_is_resumed_without_one(scene: Scene, tmp_path: Path) -> None:
     out = tmp_path / "run.h5"
     phases = [
         IntrinsicPhase("real_r", Condition.parse("OM"), 1, scene, steps, 0, out)
@@ -103,7 +103,7 @@ def test_a_recording_without_hash_goes_on_without(scene: Scene, tmp_path: Path) 
         assert recording.commands_sha256 is None
 
 
-def test_something_was_moved_and_seen_to_move(cut_run: Recording) -> None:
+def test_moved_objects_show_in_poses_and_images(cut_run: Recording) -> None:
     rows, images = cut_run.transitions, cut_run.images()
     poses = cut_run.object_poses[:, :, :3]
     far = np.linalg.norm(poses[rows["outcome"]] - poses[rows["precondition"]], axis=2)

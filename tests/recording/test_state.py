@@ -72,7 +72,9 @@ def test_a_state_survives_its_file(state: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     "bits", [np.random.PCG64, np.random.MT19937, np.random.Philox, np.random.SFC64]
 )
-def test_every_generator_of_numpy_goes_on(bits: Callable[[int], np.random.BitGenerator]) -> None:
+def test_numpy_generators_continue_where_they_were(
+    bits: Callable[[int], np.random.BitGenerator],
+) -> None:
     first, second = np.random.Generator(bits(5)), np.random.Generator(bits(6))
     first.normal(size=7)
     second.bit_generator.state = through_file({"random": first.bit_generator.state})["random"]
@@ -80,7 +82,7 @@ def test_every_generator_of_numpy_goes_on(bits: Callable[[int], np.random.BitGen
 
 
 @pytest.mark.parametrize("value", [np.float64("nan"), np.float64("inf"), np.float64("-inf")])
-def test_infinite_numbers_of_numpy_survive(value: np.float64) -> None:
+def test_non_finite_numpy_numbers_survive(value: np.float64) -> None:
     assert repr(float(through_file({"best": value})["best"])) == repr(float(value))
 
 
@@ -108,7 +110,7 @@ def test_an_integer_of_any_size_survives() -> None:
     ids=lambda value: type(value).__name__,
 )
 @pytest.mark.parametrize("keep", [check_state, through_file])
-def test_what_cannot_be_kept_is_refused_by_its_place(
+def test_unsupported_values_are_refused_with_their_place(
     value: object, keep: Callable[[dict[str, Any]], object]
 ) -> None:
     with pytest.raises(RecordingError, match=r"state\['a'\]\[1\]"):

@@ -63,7 +63,7 @@ def test_plain_h5py_and_pandas_read_the_tables_without_a_plugin(
     assert lines[6].startswith("images:")
 
 
-def test_the_same_numbers_are_read_from_the_columns(cut_run: Recording) -> None:
+def test_columns_hold_the_same_numbers(cut_run: Recording) -> None:
     with h5py.File(cut_run.path) as file:
         states, poses = file["states"][()], file["ground_truth/object_poses"][()]
         commands = file["commands"][()]
@@ -89,7 +89,7 @@ def test_a_recording_of_version_1_is_read_and_replayed() -> None:
     assert verdict.holds
 
 
-def test_a_recording_of_version_1_goes_on(builtin_scene: Scene, tmp_path: Path) -> None:
+def test_recording_of_version_1_is_resumed(builtin_scene: Scene, tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     shutil.copy(VERSION_1, path)
     with Recording(path) as recording:

@@ -16,7 +16,7 @@ from real_bench.simulation import Scene
 from tests.recording.bench import ignore
 
 
-def test_a_triplet_is_what_the_tables_say(cut_path: Path, cut_run: Recording) -> None:
+def test_triplets_match_the_tables(cut_path: Path, cut_run: Recording) -> None:
     experience = Experience(cut_path, "OM")
     assert len(cut_run) == len(experience) == 7
     for number, triplet in enumerate(cut_run):
@@ -37,7 +37,7 @@ def test_a_triplet_is_what_the_tables_say(cut_path: Path, cut_run: Recording) ->
             cut_run[beyond]
 
 
-def test_images_are_the_same_from_wherever_they_are_read(image_path: Path) -> None:
+def test_images_are_the_same_in_every_slice(image_path: Path) -> None:
     with Recording(image_path) as recording:
         all_of_them = recording.images()
         assert len(all_of_them) == 21
@@ -46,7 +46,7 @@ def test_images_are_the_same_from_wherever_they_are_read(image_path: Path) -> No
             np.testing.assert_array_equal(part, all_of_them[first : first + count])
 
 
-def test_arrays_have_a_row_a_triplet(cut_run: Recording) -> None:
+def test_arrays_have_one_row_per_triplet(cut_run: Recording) -> None:
     arrays = cut_run.to_numpy(image_size=(40, 30))
     assert {len(values) for values in arrays.values()} == {7}
     assert arrays["image_after"].shape == (7, 30, 40, 3)
@@ -99,7 +99,7 @@ def test_a_shuffled_loader_with_workers_gives_every_triplet_once(
     assert (cache is None) or len(list(tmp_path.glob("cache/images-*.npy"))) == 1
 
 
-def test_a_cache_of_another_recording_is_not_taken(
+def test_cache_of_another_recording_is_not_used(
     cut_run: Recording, image_path: Path, tmp_path: Path
 ) -> None:
     with Recording(image_path) as other:
@@ -112,7 +112,7 @@ def test_a_cache_of_another_recording_is_not_taken(
         np.testing.assert_array_equal(first["image_before"].numpy(), expected)
 
 
-def test_a_dataset_outlives_its_recording_and_can_be_sent(cut_path: Path) -> None:
+def test_dataset_outlives_its_recording_and_can_be_pickled(cut_path: Path) -> None:
     with Recording(cut_path) as recording:
         dataset = recording.torch_dataset()
         expected = recording[3].after.image
@@ -122,7 +122,7 @@ def test_a_dataset_outlives_its_recording_and_can_be_sent(cut_path: Path) -> Non
     np.testing.assert_array_equal(again[3]["image_after"].numpy(), expected.transpose(2, 0, 1))
 
 
-def test_without_images_the_rest_is_there(scene: Scene, tmp_path: Path) -> None:
+def test_recording_without_images_gives_the_rest(scene: Scene, tmp_path: Path) -> None:
     out = tmp_path / "run.h5"
     IntrinsicPhase("real_r", Condition.parse("OM"), 1, scene, 1000, seed=0, out=out).run(ignore)
     with Recording(out) as recording:

@@ -78,7 +78,7 @@ def same_rows(one: Path, other: Path) -> bool:
 
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.integers(1, N_ACTIONS - 1), unique=True).map(sorted), st.data())
-def test_rows_are_the_same_however_they_are_cut_into_batches(
+def test_rows_do_not_depend_on_their_batches(
     cut_path: Path,
     scene: Scene,
     header: Header,
@@ -103,7 +103,7 @@ def test_rows_are_the_same_however_they_are_cut_into_batches(
 
 @pytest.mark.parametrize("links", [True, False])
 @pytest.mark.parametrize("killed", [True, False])
-def test_what_was_there_comes_back_until_there_is_an_action(
+def test_overwritten_file_returns_if_no_action_is_recorded(
     cut_path: Path,
     scene: Scene,
     header: Header,
@@ -149,7 +149,7 @@ def test_a_recording_without_an_action_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_state_that_is_written_again_and_again_takes_its_room_once(
+def test_rewritten_state_does_not_grow_the_file(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     file, weights = AppendOnlyFile(tmp_path / "run.h5"), np.random.default_rng(0).bytes(300_000)
@@ -160,7 +160,7 @@ def test_a_state_that_is_written_again_and_again_takes_its_room_once(
     assert file.path.stat().st_size < 3 * len(weights)
 
 
-def test_many_writes_take_hardly_more_room_than_one(
+def test_many_writes_take_little_more_space_than_one(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     sizes = []
@@ -191,7 +191,7 @@ def ctrl_c_interrupts() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("ctrl_c_interrupts")
-def test_an_interrupted_write_can_be_made_again(
+def test_interrupted_write_can_be_repeated(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     file = begun(tmp_path / "run.h5", header, scene)
@@ -244,7 +244,7 @@ def test_neither_readers_nor_second_writers_disturb_a_writer(tmp_path: Path, sce
     stop(writer)
 
 
-def test_a_copy_that_is_being_made_does_not_change(
+def test_file_being_copied_does_not_change(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     """A reader without HDF5's lock: cp, rsync, a hash."""
@@ -257,7 +257,7 @@ def test_a_copy_that_is_being_made_does_not_change(
         assert content_hash(raw) == content
 
 
-def test_a_reader_in_the_same_process_does_not_disturb(
+def test_reader_in_the_same_process_does_not_disturb_the_writer(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     file = begun(tmp_path / "run.h5", header, scene)
@@ -268,7 +268,7 @@ def test_a_reader_in_the_same_process_does_not_disturb(
     assert same_rows(file.path, cut_path)
 
 
-def test_a_file_that_is_removed_before_there_is_a_copy_is_told(
+def test_file_removed_before_there_is_a_copy_is_reported(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     file = begun(tmp_path / "run.h5", header, scene)
@@ -277,7 +277,7 @@ def test_a_file_that_is_removed_before_there_is_a_copy_is_told(
         file.append(batch_of(cut_path, 0, 1))
 
 
-def test_a_file_that_is_removed_later_is_whole_again(
+def test_file_removed_later_is_restored(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path
 ) -> None:
     file = begun(tmp_path / "run.h5", header, scene)
@@ -293,7 +293,7 @@ def test_a_file_that_is_removed_later_is_whole_again(
     ("controller", "most_bytes"),
     [("real_r", 30_000), (HEAVY, 200_000)],
 )
-def test_a_failed_write_ends_with_one_line(
+def test_failed_write_gives_a_one_line_error(
     tmp_path: Path, controller: str, most_bytes: int
 ) -> None:
     def limit() -> None:
@@ -332,7 +332,7 @@ def test_a_full_disk_loses_nothing_that_was_recorded(small_disk: Path, image_pat
 
 
 @pytest.mark.parametrize("removed", [False, True])
-def test_another_name_of_a_recording_keeps_what_it_names(
+def test_hard_link_to_a_recording_keeps_its_content(
     cut_path: Path, scene: Scene, header: Header, tmp_path: Path, removed: bool
 ) -> None:
     """A backup by ``ln``, made at any moment."""
@@ -351,7 +351,7 @@ def test_another_name_of_a_recording_keeps_what_it_names(
     assert not list(tmp_path.glob(".*"))
 
 
-def test_a_backup_of_a_run_does_not_change_when_it_goes_on(
+def test_hard_linked_backup_does_not_change_on_resume(
     scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "SECONDS_BETWEEN_WRITES", 0.0)
