@@ -30,9 +30,7 @@ def ignore(done: int, total: int) -> None:
 
 
 @pytest.mark.parametrize(("first", "last"), [(0, 1), (1, 3), (2, 5), (4, 5)])
-def test_a_part_is_replayed_to_the_bit_wherever_it_begins(
-    recorded: Path, first: int, last: int
-) -> None:
+def test_any_part_is_replayed_bit_for_bit(recorded: Path, first: int, last: int) -> None:
     seen: dict[int, NDArray[np.uint8]] = {}
     numbers = []
 
@@ -78,7 +76,7 @@ def test_the_command_makes_a_labelled_film(
     assert label.min() < 100 < 200 < label.max()  # something is written there
 
 
-def test_ten_actions_are_the_default(recorded: Path, tmp_path: Path) -> None:
+def test_film_of_a_short_recording_defaults_to_all_of_it(recorded: Path, tmp_path: Path) -> None:
     done = realbench(tmp_path, "film", recorded)
     assert done.stdout == "film of actions 0 to 4: play.mp4\n"
     assert (
@@ -87,7 +85,7 @@ def test_ten_actions_are_the_default(recorded: Path, tmp_path: Path) -> None:
     realbench(tmp_path, "film", recorded, "--actions", "0", "--overwrite")
 
 
-def test_a_replay_that_goes_another_way_is_told(recorded: Path, tmp_path: Path) -> None:
+def test_replay_that_differs_is_reported(recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     shutil.copy(recorded, path)
     with h5py.File(path, "r+") as file:
@@ -111,7 +109,7 @@ def test_a_replay_that_goes_another_way_is_told(recorded: Path, tmp_path: Path) 
         (("--out", "/proc/nope/a.mp4"), 1, "cannot write"),
     ],
 )
-def test_what_cannot_be_filmed_is_one_line(
+def test_bad_film_arguments_give_a_one_line_error(
     recorded: Path, tmp_path: Path, arguments: tuple[str, ...], code: int, complaint: str
 ) -> None:
     with mock.patch.dict(os.environ):
@@ -122,7 +120,7 @@ def test_what_cannot_be_filmed_is_one_line(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_file_that_is_no_recording_is_told(tmp_path: Path) -> None:
+def test_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     (tmp_path / "run.h5").write_text("none")
     assert "not a recording" in realbench(tmp_path, "film", "run.h5", code=1).stderr
 
@@ -134,9 +132,7 @@ def test_a_recording_of_another_scene_is_not_replayed(
         PartReplay(recorded, 0, 1, "official").run(print, 50, ignore)
 
 
-def test_the_window_goes_as_fast_as_the_robot(
-    recorded: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_window_plays_in_real_time(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a window: the clock and the display are replaced, the replay is not."""
     slept: list[float] = []
     real_run = PartReplay.run
