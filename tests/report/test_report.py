@@ -43,7 +43,7 @@ def page(folder: Path) -> Path:
     return folder / "report.html"
 
 
-def test_the_commands_in_it_do_the_same_again(folder: Path) -> None:
+def test_commands_in_the_report_reproduce_the_result(folder: Path) -> None:
     play = read_played(folder / "run.h5")
     goals = [("goals.npy", load_goal_set(folder / "goals.npy"))]
     test = read_tested(folder / "score.json", [play], goals)
@@ -55,7 +55,7 @@ def test_the_commands_in_it_do_the_same_again(folder: Path) -> None:
     assert load_result(again / "score.json").trials == test.result.trials
 
 
-def test_only_settings_that_are_not_defaults_are_told(tmp_path: Path) -> None:
+def test_only_settings_that_differ_from_defaults_are_shown(tmp_path: Path) -> None:
     settings = {"abstraction": {"levels": 200}, "planner": {"depth": 4}}
     made([0.1], controller="real_d", settings=settings).save(tmp_path / "a.json")
     assert "--set planner.depth=4 " in read_tested(tmp_path / "a.json").command
@@ -64,7 +64,7 @@ def test_only_settings_that_are_not_defaults_are_told(tmp_path: Path) -> None:
     assert "--set abstraction.levels=200" in read_tested(tmp_path / "b.json").command
 
 
-def test_a_part_and_another_length_are_told(tmp_path: Path) -> None:
+def test_part_of_the_goals_and_other_lengths_are_shown(tmp_path: Path) -> None:
     made([0.1, 0.2], n_goals=5, goal_numbers=(0, 3), trial_steps=2000).save(tmp_path / "a.json")
     tested = read_tested(tmp_path / "a.json")
     assert "--trials 2 --trial-steps 2000 " in tested.command
@@ -74,7 +74,7 @@ def test_a_part_and_another_length_are_told(tmp_path: Path) -> None:
     assert "--trial" not in read_tested(tmp_path / "b.json").command
 
 
-def test_whatever_is_written_is_text(tmp_path: Path) -> None:
+def test_hostile_text_is_escaped(tmp_path: Path) -> None:
     fields: dict[str, Any] = {"controller": HOSTILE, "versions": {HOSTILE: HOSTILE}}
     made([0.1], scene=HOSTILE, **fields).save(tmp_path / "a.json")
     table = Table(HOSTILE, (HOSTILE,), ((HOSTILE,),), (HOSTILE,), HOSTILE)
@@ -83,7 +83,7 @@ def test_whatever_is_written_is_text(tmp_path: Path) -> None:
     assert "<script>alert" not in render(report)
 
 
-def test_it_holds_all_that_it_shows(page: Path) -> None:
+def test_report_is_self_contained(page: Path) -> None:
     text = page.read_text()
     assert re.findall(r'(?:src|href)="(?!data:)[^"]*"', text) == []
     assert re.findall(r"url\(|@import|https?:", text.replace("http://www.w3.org", "")) == []
@@ -92,7 +92,7 @@ def test_it_holds_all_that_it_shows(page: Path) -> None:
     assert text.count("data:image/svg+xml") >= 3
 
 
-def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
+def test_missing_goal_pictures_are_reported(folder: Path, tmp_path: Path) -> None:
     done = realbench(folder, "report", "score.json", "--out", tmp_path / "r.html")
     assert "no pictures of its goals; give its goal set with --goals" in done.stderr
     assert "no pictures of its goals" in (tmp_path / "r.html").read_text()
@@ -106,7 +106,7 @@ def test_what_is_missing_is_said(folder: Path, tmp_path: Path) -> None:
         (["no.h5"], 1, "recording not found: no.h5"),
     ],
 )
-def test_what_cannot_be_reported_is_told(
+def test_bad_report_arguments_are_refused(
     folder: Path, tmp_path: Path, files: list[str], code: int, told: str
 ) -> None:
     done = realbench(folder, "report", *files, "--out", tmp_path / "r.html", code=code)
@@ -114,13 +114,13 @@ def test_what_cannot_be_reported_is_told(
     assert not (tmp_path / "r.html").exists()
 
 
-def test_a_report_is_not_overwritten_unasked(folder: Path, page: Path) -> None:
+def test_existing_report_is_not_overwritten(folder: Path, page: Path) -> None:
     done = realbench(folder, "report", "score.json", code=1)
     assert "report.html exists" in done.stderr
 
 
 @pytest.mark.parametrize("width", [1200, 390])
-def test_a_browser_shows_and_sorts_it(browser: Any, page: Path, width: int) -> None:
+def test_browser_shows_and_sorts_the_report(browser: Any, page: Path, width: int) -> None:
     tab = browser.new_page(viewport={"width": width, "height": 900})
     told: list[str] = []
     asked: list[str] = []
