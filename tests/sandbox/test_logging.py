@@ -17,7 +17,7 @@ from tests.sandbox.conftest import Play
 LOGS = toy("logs:Logs")
 
 
-def test_the_same_is_recorded(play: Play, isolated: SandboxBackend) -> None:
+def test_isolated_controller_logs_the_same(play: Play, isolated: SandboxBackend) -> None:
     inside, outside = (
         play(LOGS, out=f"{name}.h5", backend=backend)
         for name, backend in (("inside", isolated), ("outside", None))
@@ -55,7 +55,7 @@ class Liar:
     ],
     ids=lambda answer: repr(answer)[:20],
 )
-def test_a_process_that_lies_about_what_was_logged_is_refused(answer: Any) -> None:
+def test_process_that_lies_about_its_log_is_refused(answer: Any) -> None:
     proxy = SandboxProxy("mine.py", None, None, Liar(answer))  # type: ignore[arg-type]
     with pytest.raises(ControllerError, match=r"mine\.py: it"):
         proxy.take_logged()

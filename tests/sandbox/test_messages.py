@@ -63,11 +63,11 @@ def same(a: Any, b: Any) -> bool:
 
 
 @given(VALUES)
-def test_what_is_sent_arrives(value: Any) -> None:
+def test_sent_values_arrive_unchanged(value: Any) -> None:
     assert same(value, decode(*parts(encode(value))))
 
 
-def test_arrays_that_arrive_are_fresh() -> None:
+def test_received_arrays_are_writable_copies() -> None:
     content = bytearray(b"".join(parts(encode([np.arange(3), np.arange(3)]))))
     structure = bytes(content[:-48])
     one, other = decode(structure, content[-48:])
@@ -84,7 +84,7 @@ def test_order_and_byte_order_do_not_matter() -> None:
     assert arrived.dtype == np.dtype("<i4")
 
 
-def test_a_bool_is_true_or_false() -> None:
+def test_received_bools_are_zero_or_one() -> None:
     structure, _ = parts(encode(np.array([True, False, True])))
     assert decode(structure, b"\2\0\377").tobytes() == b"\1\0\1"
 
@@ -108,7 +108,7 @@ class Number(int):
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_what_is_no_plain_data_is_not_sent(value: Any) -> None:
+def test_only_plain_data_can_be_sent(value: Any) -> None:
     with pytest.raises(MessageError):
         encode([value])
 
@@ -144,13 +144,13 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_what_is_no_message_is_refused(name: str) -> None:
+def test_malformed_messages_are_refused(name: str) -> None:
     with pytest.raises(MessageError):
         check_plain(decode(*HOSTILE[name]))
 
 
 @given(st.binary(), st.binary())
-def test_nothing_but_our_error_comes_of_other_bytes(structure: bytes, numbers: bytes) -> None:
+def test_random_bytes_raise_only_message_errors(structure: bytes, numbers: bytes) -> None:
     with suppress(MessageError):
         check_plain(decode(structure, numbers))
 
@@ -170,14 +170,14 @@ def ends() -> Any:
         yield one, other
 
 
-def test_what_is_too_large_is_refused_before_it_is_read(ends: Any) -> None:
+def test_oversized_messages_are_refused_before_they_are_read(ends: Any) -> None:
     for n_structure, n_numbers in ((1001, 0), (0, 2**60), (2**32 - 1, 2**64 - 1)):
         ends[0].sendall(HEAD.pack(n_structure, n_numbers))
         with pytest.raises(MessageError, match="declares"):
             Channel(ends[1].dup()).receive(SMALL)
 
 
-def test_messages_keep_apart(ends: Any) -> None:
+def test_consecutive_messages_stay_separate(ends: Any) -> None:
     Channel(ends[0]).send("one")
     ends[0].sendall(encode([np.zeros(3)]) + encode(None))
     channel = Channel(ends[1])
@@ -186,7 +186,7 @@ def test_messages_keep_apart(ends: Any) -> None:
     assert channel.receive(SMALL) is None
 
 
-def test_half_a_message_is_late_or_the_end(ends: Any) -> None:
+def test_incomplete_message_raises_late_or_closed(ends: Any) -> None:
     ends[0].sendall(HEAD.pack(10, 0) + b"abc")
     channel = Channel(ends[1])
     with pytest.raises(Late):
@@ -196,13 +196,13 @@ def test_half_a_message_is_late_or_the_end(ends: Any) -> None:
         channel.receive(SMALL, time.monotonic() + 60)
 
 
-def test_who_does_not_listen_is_late(ends: Any) -> None:
+def test_send_without_a_listener_raises_late(ends: Any) -> None:
     with pytest.raises(Late):
         Channel(ends[0]).send(np.zeros(10**6), time.monotonic() + 0.05)
 
 
 @given(values=st.lists(VALUES, min_size=1, max_size=3), vain=st.integers(0, 2))
-def test_who_stays_awake_receives_the_same(values: list[Any], vain: int) -> None:
+def test_spinning_receiver_gets_the_same_values(values: list[Any], vain: int) -> None:
     """Whether the messages were there, come while it is awake, or once it has gone to sleep."""
     ours, theirs = socket.socketpair()
     with ours, theirs:
@@ -216,7 +216,7 @@ def test_who_stays_awake_receives_the_same(values: list[Any], vain: int) -> None
         thread.join()
 
 
-def test_who_was_awake_in_vain_sleeps() -> None:
+def test_receiver_that_spins_in_vain_goes_to_sleep() -> None:
     """The processor is needed elsewhere: a hundred waits cost hardly any of its time."""
     ours, theirs = socket.socketpair()
     with ours, theirs:
@@ -228,7 +228,7 @@ def test_who_was_awake_in_vain_sleeps() -> None:
         assert time.thread_time() - began < SpinWait.REST * SpinWait.SECONDS / 2
 
 
-def test_the_end_is_seen_by_who_is_awake() -> None:
+def test_spinning_receiver_notices_a_closed_channel() -> None:
     ours, theirs = socket.socketpair()
     ours.close()
     with theirs, pytest.raises(Closed):

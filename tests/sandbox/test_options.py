@@ -22,7 +22,7 @@ from tests.sandbox.conftest import LIMITS, Play
 RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
 
 
-def test_a_run_says_what_isolates_it(tmp_path: Path, goals: GoalSet) -> None:
+def test_commands_report_what_isolates_the_controller(tmp_path: Path, goals: GoalSet) -> None:
     """Both phases in isolation, from the command line, with the goals beside the controller."""
     save_goal_set(goals, tmp_path / "goals.npy")
     (tmp_path / "mine.py").write_text(
@@ -49,31 +49,31 @@ def test_a_run_says_what_isolates_it(tmp_path: Path, goals: GoalSet) -> None:
 
 
 @pytest.mark.parametrize("option", ["--memory-limit", "--call-limit", "--total-limit"])
-def test_limits_are_for_the_isolated(tmp_path: Path, option: str) -> None:
+def test_limits_need_isolation(tmp_path: Path, option: str) -> None:
     done = realbench(tmp_path, "intrinsic", "--controller", "real_r", option, "1", code=2)
     assert "--isolate" in done.stderr
 
 
 @pytest.mark.parametrize("field", ["memory_gib", "call_s", "total_s"])
 @pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
-def test_limits_are_positive(field: str, value: float) -> None:
+def test_limits_must_be_positive(field: str, value: float) -> None:
     with pytest.raises(RealBenchError, match="-limit must be above 0"):
         Limits(**{field: value})
 
 
-def test_what_is_not_enforced_is_said() -> None:
+def test_missing_enforcement_is_reported() -> None:
     assert SandboxSupport("/usr/bin/bwrap", True, True).missing() == []
     nothing = SandboxSupport(None, False, False)
     assert len(nothing.missing()) >= 4
     assert "NOT enforced: files" in nothing.describe()
 
 
-def test_without_any_walls_it_is_a_process_of_its_own(play: Play) -> None:
+def test_controller_plays_without_any_sandbox_support(play: Play) -> None:
     backend = SandboxBackend((), LIMITS, SandboxSupport(None, False, False))
     assert recorded_steps(play("real_r", 1000, backend=backend)) == 1000
 
 
-def test_a_controller_sees_its_folder_but_nothing_of_ours_and_no_links(
+def test_controller_sees_its_folder_without_our_files_and_links(
     tmp_path: Path, play: Play, goals: GoalSet, shared: Path
 ) -> None:
     """Its own weights may be HDF5, NumPy or JSON as well: what counts is what is in a file."""
@@ -102,20 +102,20 @@ def test_a_controller_sees_its_folder_but_nothing_of_ours_and_no_links(
         visible.check_hides([folder / "data" / "more.npy"])
 
 
-def test_goals_that_ship_are_hidden() -> None:
+def test_shipped_goals_are_hidden() -> None:
     visible = visible_files(ControllerSource.of("real_r"))
     assert [path.name for path in visible.hidden] == ["goals"]
     visible.check_hides([visible.hidden[0] / "goals-1-object.npy"])
 
 
 @pytest.mark.parametrize("spec", ["missing.py", "no_such_module:Class", "no_such_name"])
-def test_a_controller_that_is_not_there(spec: str) -> None:
+def test_missing_controller_is_refused(spec: str) -> None:
     with pytest.raises(ControllerError, match=r"not found|no module|unknown controller"):
         visible_files(ControllerSource.of(spec))
 
 
 @pytest.mark.parametrize("spec", ["real_d", "tests.sandbox.controllers:Looks"])
-def test_its_identity_is_the_same(isolated: SandboxBackend, spec: str) -> None:
+def test_identity_is_the_same_in_isolation(isolated: SandboxBackend, spec: str) -> None:
     one = isolated.identity(spec, {})
     kind = find_controller(spec)
     assert one.class_name == kind.__qualname__
@@ -123,7 +123,9 @@ def test_its_identity_is_the_same(isolated: SandboxBackend, spec: str) -> None:
     assert one.settings.keys() == ({"abstraction", "planner", "images"} if "_d" in spec else set())
 
 
-def test_it_cannot_claim_the_code_of_another(tmp_path: Path, isolated: SandboxBackend) -> None:
+def test_controller_cannot_claim_the_code_of_another(
+    tmp_path: Path, isolated: SandboxBackend
+) -> None:
     (tmp_path / "mine.py").write_text(
         "from real_bench.controllers.real_r import RealR\n"
         "class Mine(RealR):\n"

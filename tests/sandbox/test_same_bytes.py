@@ -70,7 +70,7 @@ def test_tests_are_the_same(
 
 @pytest.mark.parametrize("run_steps", [None, 2000])
 @pytest.mark.parametrize("condition", ["OM", "IM"])
-def test_what_was_learned_is_the_same(
+def test_learning_from_a_recording_is_the_same(
     play: Play, face_goals: Face, support: SandboxSupport, condition: str, run_steps: int | None
 ) -> None:
     run = play("real_r", 4000, condition=condition)
@@ -84,7 +84,7 @@ def test_what_was_learned_is_the_same(
     assert len({trial.actions_sha256 for trial in here.trials}) == 1
 
 
-def test_a_cut_run_goes_on_the_same(play: Play, isolated: SandboxBackend) -> None:
+def test_resumed_run_is_the_same(play: Play, isolated: SandboxBackend) -> None:
     controller = toy("series:ManyKindsOfState")
     runs = []
     for out, backend in (("here.h5", None), ("there.h5", isolated)):

@@ -369,7 +369,7 @@ def test_npz(tmp_path: Path, name: str) -> None:
     assert not (tmp_path / "ran").exists()
 
 
-def test_the_excerpt_of_a_run_hides_what_it_must(play: Play, tmp_path: Path) -> None:
+def test_excerpt_of_a_recording_contains_no_poses(play: Play, tmp_path: Path) -> None:
     """Poses are not even somewhere in the bytes of the file."""
     from real_bench.conditions import Condition
     from real_bench.recording import Experience

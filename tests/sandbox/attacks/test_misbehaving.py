@@ -177,7 +177,9 @@ def told_here(task: Task, controller: str, deed: str) -> str:
     return str(caught.value)
 
 
-def test_a_number_of_its_own_kind_is_a_plain_number(task: Task, isolated: SandboxBackend) -> None:
+def test_number_of_a_strange_type_becomes_a_plain_number(
+    task: Task, isolated: SandboxBackend
+) -> None:
     proxy = isolated.proxy(ROGUE, {"deed": "strange_numbers"}, task)
     player = at_play(proxy, task)
     player.play(1)
@@ -211,13 +213,15 @@ def test_it_hangs_at_exit(play: Play, isolated: SandboxBackend) -> None:
     assert recorded_steps(run) == 3000
 
 
-def test_what_it_did_before_is_kept(play: Play, isolated: SandboxBackend, tmp_path: Path) -> None:
+def test_actions_before_a_crash_are_kept(
+    play: Play, isolated: SandboxBackend, tmp_path: Path
+) -> None:
     with pytest.raises(ControllerError, match="SIGSEGV"):
         play(ROGUE, 3000, backend=isolated, settings={"deed": "segfault"})
     assert recorded_steps(tmp_path / "run.h5") == 1000
 
 
-def test_trials_done_before_are_kept(
+def test_trials_before_a_crash_are_kept(
     face_goals: Face, isolated: SandboxBackend, tmp_path: Path
 ) -> None:
     with pytest.raises(ControllerError, match="exit code 7 in seed"):
