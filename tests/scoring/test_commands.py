@@ -43,7 +43,9 @@ def test_actions_survive_to_the_last_bit(given: list[Action]) -> None:
 
 
 @given(st.lists(actions(4), min_size=1, max_size=4), st.data())
-def test_the_hash_is_that_of_all_of_it(given: list[Action], data: st.DataObject) -> None:
+def test_hash_covers_every_command_duration_and_line(
+    given: list[Action], data: st.DataObject
+) -> None:
     number = data.draw(st.integers(0, len(given) - 1))
     action = given[number]
     row = data.draw(st.integers(0, len(action.commands) - 1))
@@ -59,7 +61,7 @@ def test_the_hash_is_that_of_all_of_it(given: list[Action], data: st.DataObject)
     assert Commands.of(others).sha256 != Commands.of(given).sha256
 
 
-def test_where_actions_begin_is_part_of_the_hash() -> None:
+def test_hash_covers_where_actions_begin() -> None:
     one, two = Action.rest(4), Action.macro([[0.1, 0.2], [0.3, 0.4]])
     whole = Action(
         np.vstack([one.commands, two.commands]),
@@ -91,7 +93,7 @@ HONEST = packed(4)
 RAW = zlib.decompress(base64.b64decode(HONEST["data"]))
 
 
-def test_what_is_packed_by_hand_is_read() -> None:
+def test_hand_packed_commands_are_read() -> None:
     assert Commands.model_validate(HONEST).n_steps == 30
 
 
@@ -130,12 +132,12 @@ def test_what_is_packed_by_hand_is_read() -> None:
     ],
     ids=lambda content: str({**content, "data": str(content["data"])[:12]}),
 )
-def test_what_is_not_commands_is_refused(content: dict[str, Any]) -> None:
+def test_malformed_commands_are_refused(content: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         Commands.model_validate(content)
 
 
-def test_a_bomb_is_never_unpacked() -> None:
+def test_compression_bomb_is_never_unpacked() -> None:
     bomb = declared(9, LONGEST_TRIAL, zlib.compress(bytes(2**26), 9))
     tracemalloc.start()
     with pytest.raises(ValueError, match="do not unpack"):
@@ -145,6 +147,6 @@ def test_a_bomb_is_never_unpacked() -> None:
     assert most < 3 * LONGEST_TRIAL * row_type(9).itemsize < 2**26
 
 
-def test_a_trial_that_is_too_long_is_not_kept() -> None:
+def test_too_long_trial_is_refused() -> None:
     with pytest.raises(ResultError, match="100,000 steps"):
         Commands.of([Action.rest(4, LONGEST_TRIAL), Action.rest(4, 1)])

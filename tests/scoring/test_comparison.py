@@ -18,7 +18,7 @@ Make = Callable[..., Result]
 DISTANCES = st.lists(st.floats(0, 1), min_size=4, max_size=4)
 
 
-def test_a_comparison_worked_out_by_hand() -> None:
+def test_comparison_matches_a_hand_calculation() -> None:
     """Scores at 0, 10 and 20 cm are 1, 1/4 and 1/16."""
     a = [made([0.0, 0.1, 0.2, 0.2]), made([0.0, 0.2, 0.2, 0.2], seed=1)]
     b = [made([0.1, 0.1, 0.2, 0.0])]
@@ -41,7 +41,7 @@ def test_a_comparison_worked_out_by_hand() -> None:
 
 
 @given(DISTANCES, DISTANCES)
-def test_turned_round_it_says_the_opposite(a: list[float], b: list[float]) -> None:
+def test_swapped_comparison_says_the_opposite(a: list[float], b: list[float]) -> None:
     one, other = (compare([made(x)], [made(y)]).score for x, y in ((a, b), (b, a)))
     assert one.difference == pytest.approx(-other.difference)
     assert one.improvement == pytest.approx(1 - other.improvement)
@@ -51,7 +51,7 @@ def test_turned_round_it_says_the_opposite(a: list[float], b: list[float]) -> No
 
 
 @given(DISTANCES)
-def test_nothing_differs_from_itself(distances: list[float]) -> None:
+def test_result_does_not_differ_from_itself(distances: list[float]) -> None:
     same = compare([made(distances)], [made(distances)])
     assert same.score.difference == 0
     assert same.score.improvement == 0.5
@@ -68,7 +68,7 @@ def test_the_order_of_files_does_not_matter() -> None:
     assert tables[0].values("score").shape == (2, 4)
 
 
-def test_worse_beyond_chance_is_said() -> None:
+def test_clearly_worse_results_are_reported_as_worse() -> None:
     near, far = [0.01 * n for n in range(20)], [0.2 + 0.01 * n for n in range(20)]
     assert compare([made(far)], [made(near)]).is_worse
     assert not compare([made(near)], [made(far)]).is_worse
@@ -85,19 +85,19 @@ def test_worse_beyond_chance_is_said() -> None:
         (made([]), "did not test the same goals"),
     ],
 )
-def test_what_cannot_be_compared_is_refused(other: Result, told: str) -> None:
+def test_incomparable_results_are_refused(other: Result, told: str) -> None:
     with pytest.raises(ResultError, match=told):
         compare([made([0.1, 0.2])], [other])
 
 
-def test_one_test_is_not_two_repeats() -> None:
+def test_same_test_cannot_count_twice() -> None:
     with pytest.raises(ResultError, match="two results are of the same test"):
         by_goal([made([0.1, 0.2]), made([0.1, 0.2])])
     other = made([0.1, 0.2], run_sha256="8" * 64)  # the same seed of the test, another play
     assert by_goal([made([0.1, 0.2]), other]).values("score").shape == (2, 2)
 
 
-def test_tests_after_one_play_are_one_play() -> None:
+def test_tests_after_one_play_count_as_one_play() -> None:
     """Or an interval over plays would tell only how tests vary."""
     after = {"run_sha256": "8" * 64}
     results = [made([0.1 * seed, 0.2], seed, **after) for seed in range(3)]

@@ -17,15 +17,15 @@ POINTS = st.lists(st.tuples(LENGTHS, LENGTHS, LENGTHS), min_size=1, max_size=3)
 @pytest.mark.parametrize(
     ("distance", "score"), [(0, 1), (0.05, 0.5), (0.10, 0.25), (0.20, 0.0625), (0.30, 0.015625)]
 )
-def test_scores_by_hand(distance: float, score: float) -> None:
+def test_scores_match_a_hand_calculation(distance: float, score: float) -> None:
     assert object_scores([distance])[0] == pytest.approx(score, rel=1e-12)
 
 
-def test_the_constant_is_the_papers() -> None:
+def test_decay_constant_is_that_of_the_paper() -> None:
     assert pytest.approx(13.862943611198906, rel=1e-15) == DECAY
 
 
-def test_a_goal_sums_its_objects() -> None:
+def test_goal_score_sums_its_objects() -> None:
     goal = np.array([[0, 0, 0.5], [0.1, 0.2, 0.5], [-0.2, 0, 0.4]])
     reached = goal + np.array([[0, 0, 0], [0.06, 0.08, 0], [0, 0, -0.05]])
     np.testing.assert_allclose(distances(reached, goal), [0, 0.10, 0.05], atol=1e-12)
@@ -42,13 +42,13 @@ def test_a_score_falls_with_the_distance(near: float, far: float) -> None:
 
 
 @given(DISTANCES, DISTANCES)
-def test_distances_that_add_up_multiply_their_scores(one: float, other: float) -> None:
+def test_adding_distances_multiplies_scores(one: float, other: float) -> None:
     product = math.prod(object_scores([one, other]).tolist())
     assert object_scores([one + other])[0] == pytest.approx(product, rel=1e-9)
 
 
 @given(st.data(), POINTS)
-def test_only_the_way_to_the_goal_counts(
+def test_score_depends_only_on_offsets_to_the_goal(
     data: st.DataObject, goal: list[tuple[float, float, float]]
 ) -> None:
     """Shifting both, or swapping them, changes nothing; the order of objects neither."""

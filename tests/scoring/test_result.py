@@ -77,14 +77,12 @@ def test_the_score_is_the_mean_over_goals(result: Result) -> None:
     assert result.score == pytest.approx((2 + 0.5 + 0.125) / 3)
 
 
-def test_nothing_has_no_score(setting: Setting) -> None:
+def test_empty_result_has_no_score(setting: Setting) -> None:
     with pytest.raises(ResultError):
         _ = Result(setting=setting).score
 
 
-def test_the_file_keeps_facts_and_nothing_that_follows_from_them(
-    result: Result, tmp_path: Path
-) -> None:
+def test_file_keeps_facts_and_no_derived_values(result: Result, tmp_path: Path) -> None:
     result.save(tmp_path / "score.json")
     content = json.loads((tmp_path / "score.json").read_text())
     assert list(content) == ["format", "version", "setting", "trials", "seal", "timing"]
@@ -96,7 +94,7 @@ def test_the_file_keeps_facts_and_nothing_that_follows_from_them(
     assert summary["classes"][-1]["means"]["score"]["value"] == pytest.approx(0.875)
 
 
-def test_loading_works_nothing_out(
+def test_loading_computes_no_intervals(
     result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_: Any, **__: Any) -> None:
@@ -132,13 +130,13 @@ def check_refused(path: Path) -> None:
     [b"", b"null", b"[]", b"{}", b"\xff\xfe", b"[" * 100_000, b'{"format": "other"}', b"1e999"],
     ids=lambda content: repr(content[:20]),
 )
-def test_what_is_no_result_is_refused(content: bytes, tmp_path: Path) -> None:
+def test_files_that_are_no_result_are_refused(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "score.json"
     path.write_bytes(content)
     check_refused(path)
 
 
-def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_missing_file_and_folder_are_refused(tmp_path: Path) -> None:
     check_refused(tmp_path)
     check_refused(tmp_path / "score.json")
 
@@ -215,13 +213,13 @@ def test_a_tampered_file_is_refused(
     ],
     ids=str,
 )
-def test_what_contradicts_itself_is_refused(
+def test_contradictory_file_is_refused(
     result: Result, tmp_path: Path, place: tuple[Any, ...], change: Content
 ) -> None:
     check_tampered(result, tmp_path / "score.json", place, change)
 
 
-def test_a_result_appears_whole_or_not_at_all(result: Result, tmp_path: Path) -> None:
+def test_result_is_saved_without_leftovers(result: Result, tmp_path: Path) -> None:
     result.save(tmp_path / "score.json")
     result.save(tmp_path / "score.json")
     assert [path.name for path in tmp_path.iterdir()] == ["score.json"]
@@ -229,7 +227,7 @@ def test_a_result_appears_whole_or_not_at_all(result: Result, tmp_path: Path) ->
         result.save(tmp_path / "missing" / "score.json")
 
 
-def test_scores_are_those_of_the_distances(result: Result) -> None:
+def test_scores_follow_from_the_distances(result: Result) -> None:
     for trial in result.trials:
         assert trial.score == pytest.approx(np.power(0.25, np.array(trial.distances) / 0.1).sum())
 
@@ -252,7 +250,7 @@ def altered(value: Any) -> Any:
     return float(np.nextafter(value, 9)) if isinstance(value, float) else f"{value}0"
 
 
-def test_whatever_is_altered_breaks_the_seal(result: Result, tmp_path: Path) -> None:
+def test_every_alteration_breaks_the_seal(result: Result, tmp_path: Path) -> None:
     path = tmp_path / "score.json"
     result.save(path)
     places = list(leaves(json.loads(path.read_text())))
@@ -265,27 +263,27 @@ def test_whatever_is_altered_breaks_the_seal(result: Result, tmp_path: Path) -> 
         check_refused(tmp_path / "altered.json")
 
 
-def test_the_seal_is_of_the_values_not_of_their_layout(result: Result, tmp_path: Path) -> None:
+def test_seal_covers_values_not_layout(result: Result, tmp_path: Path) -> None:
     content = result.to_json()
     shuffled = dict(reversed(json.loads(json.dumps(content)).items()))
     (tmp_path / "score.json").write_text(json.dumps(shuffled, indent=7))
     assert load_result(tmp_path / "score.json") == result
 
 
-def test_the_seal_does_not_depend_on_the_time_it_took(result: Result) -> None:
+def test_seal_does_not_depend_on_timing(result: Result) -> None:
     slower = result.model_copy(update={"seconds": {0: 9.0, 1: 9.0, 2: 9.0}})
     one, other = result.to_json(), slower.to_json()
     assert one["seal"] == other["seal"]
     assert one["timing"]["seal"] != other["timing"]["seal"]
 
 
-def test_a_name_that_is_given_twice_is_refused(result: Result, tmp_path: Path) -> None:
+def test_duplicate_name_is_refused(result: Result, tmp_path: Path) -> None:
     text = json.dumps(result.to_json())
     (tmp_path / "score.json").write_text(text.replace('"seed": 0', '"seed": 0, "seed": 0'))
     check_refused(tmp_path / "score.json")
 
 
-def test_a_file_that_is_too_large_is_neither_written_nor_read(
+def test_too_large_file_is_neither_written_nor_read(
     result: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "score.json"
@@ -312,7 +310,7 @@ def test_older_results_are_still_read(version: int, tmp_path: Path) -> None:
     assert json.loads((tmp_path / "score.json").read_text())["version"] == 3
 
 
-def test_every_kept_result_has_its_score() -> None:
+def test_kept_results_keep_their_scores() -> None:
     told = {path: json.loads(path.read_text()) for path in RESULTS.rglob("*.json")}
     kept = {path: each for path, each in told.items() if each.get("format") == "realbench-result"}
     assert len(kept) > 100
@@ -344,7 +342,7 @@ def test_every_kept_result_has_its_score() -> None:
     ],
     ids=str,
 )
-def test_what_was_refused_in_older_results_still_is(
+def test_bad_older_results_are_still_refused(
     version: int, tmp_path: Path, place: tuple[Any, ...], change: Content
 ) -> None:
     content = json.loads(OLDER[version].read_text())
@@ -354,7 +352,7 @@ def test_what_was_refused_in_older_results_still_is(
         check_refused(tmp_path / "score.json")
 
 
-def test_the_seal_of_an_older_result_is_of_all_that_it_says(tmp_path: Path) -> None:
+def test_seal_of_an_older_result_covers_its_summary(tmp_path: Path) -> None:
     content = json.loads(OLDER[2].read_text())
     content["summary"][-1]["score"] += 0.1
     (tmp_path / "score.json").write_text(json.dumps(content))
@@ -363,7 +361,7 @@ def test_the_seal_of_an_older_result_is_of_all_that_it_says(tmp_path: Path) -> N
     assert load_result(tmp_path / "score.json").score == load_result(OLDER[2]).score  # unread
 
 
-def test_a_part_is_not_the_whole(setting: Setting, result: Result) -> None:
+def test_part_of_the_goals_is_finished_but_not_complete(setting: Setting, result: Result) -> None:
     part = result.model_copy(
         update={"setting": setting.model_copy(update={"goal_numbers": (0, 1, 2)})}
     )

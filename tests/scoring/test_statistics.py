@@ -29,7 +29,7 @@ def over_goals(values: Sequence[float], **options: int) -> Interval | None:
 
 @settings(max_examples=40, deadline=None)
 @given(SCORES)
-def test_an_interval_holds_the_mean_and_stays_among_the_values(values: list[float]) -> None:
+def test_interval_contains_the_mean_and_stays_within_the_values(values: list[float]) -> None:
     interval = over_goals(values)
     assert interval is not None
     assert min(values) - ROUNDING <= interval.low <= np.mean(values) + ROUNDING
@@ -38,21 +38,21 @@ def test_an_interval_holds_the_mean_and_stays_among_the_values(values: list[floa
 
 
 @pytest.mark.parametrize("values", [[], [0.3]])
-def test_one_value_has_no_interval(values: list[float]) -> None:
+def test_fewer_than_two_values_have_no_interval(values: list[float]) -> None:
     assert over_goals(values) is None
 
 
-def test_what_is_not_known_has_no_interval() -> None:
+def test_unknown_values_have_no_interval() -> None:
     assert over_goals([0.1, np.nan, 0.2]) is None
     assert plays_interval([[0.1, np.nan, 0.2]] * 3, ["2D"] * 3) is None
 
 
-def test_equal_values_have_an_interval_without_width() -> None:
+def test_equal_values_have_an_interval_of_zero_width() -> None:
     assert over_goals([0.2] * 10) == Interval(0.2, 0.2, "goals")
     assert plays_interval([[0.25] * 10] * 3, ["2D"] * 10) == Interval(0.25, 0.25, "plays and goals")
 
 
-def test_an_interval_is_as_wide_as_theory_says() -> None:
+def test_interval_width_matches_theory() -> None:
     values = np.random.default_rng(1).normal(5, 2, size=400)
     interval = over_goals(values)
     assert interval is not None
@@ -61,7 +61,7 @@ def test_an_interval_is_as_wide_as_theory_says() -> None:
     assert interval.high == pytest.approx(values.mean() + half, abs=0.1 * half)
 
 
-def test_the_seed_is_part_of_the_result() -> None:
+def test_interval_depends_on_the_seed() -> None:
     values = np.random.default_rng(1).uniform(size=20)
     assert over_goals(values, seed=1) != over_goals(values, seed=2)
     assert over_goals(values) == over_goals(values, seed=0)
@@ -72,7 +72,7 @@ PLAYS = st.integers(3, 6).flatmap(
 )
 
 
-def test_the_interval_over_plays_and_goals_is_that_worked_out_by_hand() -> None:
+def test_interval_over_plays_and_goals_matches_a_hand_calculation() -> None:
     """Three plays of two goals, of one class: means of plays 0.1, 0.3, 0.2, of goals 0.1, 0.3.
 
     Variance of the plays' means, by three: 0.01 / 3; of the goals' means, by two: 0.02 / 2. What
@@ -95,7 +95,7 @@ def test_the_interval_over_plays_and_goals_is_that_worked_out_by_hand() -> None:
 
 @pytest.mark.parametrize("n_plays", [3, 5, 10])
 @pytest.mark.parametrize("spread", [0.0, 0.1])
-def test_the_interval_holds_the_truth_as_often_as_it_says(n_plays: int, spread: float) -> None:
+def test_interval_has_its_nominal_coverage(n_plays: int, spread: float) -> None:
     """Scores as ours are: skewed, each goal and each play with a mean of its own."""
     random = np.random.default_rng(n_plays)
     means = np.repeat([0.46, 0.011, 0.007], list(COUNTS.values()))
@@ -122,7 +122,7 @@ def test_the_order_of_plays_and_goals_does_not_matter(scores: list[list[float]])
     assert interval.low - ROUNDING <= np.mean(scores) <= interval.high + ROUNDING
 
 
-def test_plays_that_differ_make_it_wider() -> None:
+def test_differing_plays_widen_the_interval() -> None:
     random = np.random.default_rng(1)
     alike = random.uniform(0.2, 0.4, (4, 50))
     apart = alike + np.array([[-0.1], [0.1], [0.0], [0.05]])
@@ -132,7 +132,7 @@ def test_plays_that_differ_make_it_wider() -> None:
     assert other.high - other.low > 3 * (one.high - one.low)
 
 
-def test_two_plays_do_not_tell_of_others() -> None:
+def test_two_plays_are_too_few_for_an_interval_over_plays() -> None:
     values = np.random.default_rng(1).uniform(size=(2, 50))
     assert plays_interval(values, CLASSES) is None
     assert mean_interval(values, CLASSES) == goals_interval(values.mean(axis=0), CLASSES)
@@ -170,7 +170,7 @@ def test_goals_are_resampled_within_their_class() -> None:
     assert goals_interval([0.3], ["2D"]) is None
 
 
-def test_a_class_with_one_goal_is_not_taken_to_be_certain() -> None:
+def test_class_with_one_goal_still_has_uncertainty() -> None:
     interval = goals_interval([0.0, 0.2, 0.9], ["2D", "2D", "3D"])
     assert interval == goals_interval([0.0, 0.2, 0.9], ["2D"] * 3)
     each = goals_interval([0.0, 0.9], ["2D", "3D"])

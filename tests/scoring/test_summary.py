@@ -30,7 +30,7 @@ def trials(outcomes: list[tuple[str, tuple[float, ...]]]) -> list[TrialResult]:
     ]
 
 
-def test_a_summary_by_hand() -> None:
+def test_summary_matches_a_hand_calculation() -> None:
     """Scores at 0, 10 and 20 cm are 1, 1/4 and 1/16."""
     rows = summarise(
         trials([("3D", (0.3, 0.5)), ("2D", (0.0, 0.2)), ("2D", (0.1, 0.1)), ("2D", (0.02, 0.03))])
@@ -50,7 +50,7 @@ def test_a_summary_by_hand() -> None:
 
 @settings(max_examples=25, deadline=None)
 @given(OUTCOMES)
-def test_classes_come_in_the_papers_order_and_add_up(
+def test_classes_are_in_the_papers_order_and_add_up(
     outcomes: list[tuple[str, tuple[float, ...]]],
 ) -> None:
     made = trials(outcomes)
@@ -69,5 +69,5 @@ def test_classes_come_in_the_papers_order_and_add_up(
     assert score == pytest.approx(np.mean([trial.score for trial in made]))
 
 
-def test_nothing_has_no_summary() -> None:
+def test_empty_result_has_no_summary() -> None:
     assert summarise([]) == []

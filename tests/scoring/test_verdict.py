@@ -15,7 +15,7 @@ NEAR = made([0.05] * 20)
 @pytest.mark.parametrize(
     ("minimum", "passed"), [(None, True), (0.0, True), (0.49, True), (0.51, False), (1.0, False)]
 )
-def test_the_minimum_is_the_mean(minimum: float | None, passed: bool) -> None:
+def test_minimum_is_compared_with_the_mean(minimum: float | None, passed: bool) -> None:
     verdict = judge([NEAR], minimum)
     assert verdict.summary.score.mean == pytest.approx(0.5)
     assert verdict.passed is passed
@@ -34,7 +34,7 @@ def test_an_unfinished_result_fails() -> None:
     assert not judge([made([0.1, 0.1], n_goals=3)], allow_part=True).passed
 
 
-def test_a_part_of_the_goals_is_enough_where_that_is_said() -> None:
+def test_known_part_of_the_goals_passes_only_with_allow_part() -> None:
     """Whoever tests a part must say so: a result that leaves out the hard goals must not pass."""
     known = {"sizes": {"5" * 64: 3}}
     whole, part = (made([0.1] * n, goals_sha256="5" * 64) for n in (3, 1))
@@ -61,7 +61,7 @@ def test_longer_trials_and_other_goals_fail() -> None:
     assert judge([made([0.1], goals_sha256="5" * 64)], goals="5" * 64).passed
 
 
-def test_the_goals_that_are_accepted_are_named() -> None:
+def test_accepted_goals_are_named() -> None:
     for known, told in (({"3" * 64: 20}, "the shipped one"), ({}, "not the shipped one")):
         (check,) = [each for each in judge([NEAR], sizes=known).checks if each.name == "goals"]
         assert check.passed
@@ -90,12 +90,12 @@ def test_both_reports_say_what_failed() -> None:
 
 
 @pytest.mark.parametrize("field", ["controller", "scene", "condition"])
-def test_no_name_can_command_a_terminal(field: str) -> None:
+def test_names_with_control_characters_are_refused(field: str) -> None:
     with pytest.raises(ValueError, match="a name must be printable"):
         made([0.1], **{field: "\x1b]0;title\x07"})
 
 
-def test_a_controller_that_fails_is_told_in_both_reports() -> None:
+def test_controller_failure_is_in_both_reports() -> None:
     page, cases = failure(ControllerFailedError("controller mine.py:\x1b failed"), 2.5)
     assert "controller mine.py:? failed" in page
     (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
