@@ -102,7 +102,7 @@ def test_the_gripper_passes_low_over_the_table_without_touching_it(builtin_scene
         assert min(point[8] for point in apart) > 0.1
 
 
-def test_the_skins_feel_what_the_gripper_presses(builtin_scene: Scene) -> None:
+def test_touch_sensors_feel_what_the_gripper_squeezes(builtin_scene: Scene) -> None:
     quaternion = pybullet.getQuaternionFromEuler(MACRO_EULER)
     with Simulation(builtin_scene) as simulation:
         simulation.hold(HOME, 200)
@@ -121,7 +121,7 @@ def test_the_skins_feel_what_the_gripper_presses(builtin_scene: Scene) -> None:
     assert skin_00 == skin_10 == 0
 
 
-def test_the_picture_shows_every_body_in_a_colour_of_its_own(builtin_scene: Scene) -> None:
+def test_image_shows_every_body_in_a_distinct_colour(builtin_scene: Scene) -> None:
     with Simulation(builtin_scene, 3) as simulation:
         simulation.hold(HOME, 200)
         image = simulation.image()
@@ -135,7 +135,7 @@ def test_the_picture_shows_every_body_in_a_colour_of_its_own(builtin_scene: Scen
     assert centres[1][1] < centres[0][1] < centres[2][1]  # can, cube, bottle from left to right
 
 
-def test_masses_and_frictions_are_the_official_ones(builtin_scene: Scene) -> None:
+def test_masses_and_frictions_match_the_official_scene(builtin_scene: Scene) -> None:
     with Simulation(builtin_scene, 3) as simulation:
         for body, expected in DYNAMICS.items():
             info = pybullet.getDynamicsInfo(body, -1, simulation.client)
@@ -150,7 +150,7 @@ def test_masses_and_frictions_are_the_official_ones(builtin_scene: Scene) -> Non
 
 
 @pytest.mark.parametrize(("angles", "end_effector", "skin_11"), KINEMATICS)
-def test_the_arm_reaches_where_the_official_arm_does(
+def test_arm_kinematics_match_the_official_arm(
     builtin_scene: Scene,
     angles: tuple[float, ...],
     end_effector: tuple[float, ...],
@@ -165,7 +165,7 @@ def test_the_arm_reaches_where_the_official_arm_does(
             assert (*state[4], *state[5]) == pytest.approx(expected, abs=2e-5)
 
 
-def test_the_robot_is_the_official_one_in_other_shapes(
+def test_robot_matches_the_official_one_except_its_shapes(
     builtin_scene: Scene, official_scene: Scene
 ) -> None:
     with Simulation(builtin_scene) as ours, Simulation(official_scene) as theirs:
@@ -186,7 +186,7 @@ def test_the_robot_is_the_official_one_in_other_shapes(
             )
 
 
-def test_all_but_the_files_is_said_as_in_the_official_manifest(
+def test_manifest_matches_the_official_one_except_its_files(
     builtin_scene: Scene, official_scene: Scene
 ) -> None:
     ours, theirs = (

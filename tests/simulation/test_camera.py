@@ -5,7 +5,7 @@ import numpy as np
 from real_bench.simulation import Scene, Simulation
 
 
-def test_points_of_the_world_are_where_the_camera_shows_them(builtin_scene: Scene) -> None:
+def test_points_project_to_where_the_camera_shows_them(builtin_scene: Scene) -> None:
     with Simulation(builtin_scene, 3) as simulation:
         simulation.hold([0.0] * 9, 300)
         mask, positions = simulation.image().mask, simulation.object_poses()[:, :3]
@@ -17,7 +17,7 @@ def test_points_of_the_world_are_where_the_camera_shows_them(builtin_scene: Scen
             assert np.abs(point - middle).max() < 6  # seen from above and aside
 
 
-def test_across_and_down_are_what_they_should_be(builtin_scene: Scene) -> None:
+def test_camera_target_projects_to_the_image_centre(builtin_scene: Scene) -> None:
     with Simulation(builtin_scene, 1) as simulation:
         height, width, _ = simulation.image().retina.shape
         spec = builtin_scene.manifest.camera

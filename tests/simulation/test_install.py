@@ -50,7 +50,7 @@ def test_only_data_is_unpacked(manifest: Manifest, wheel: Path, tmp_path: Path) 
     assert not list(tmp_path.rglob("escaped.urdf"))
 
 
-def test_installing_again_replaces_the_whole(manifest: Manifest, wheel: Path) -> None:
+def test_reinstalling_replaces_the_whole_scene(manifest: Manifest, wheel: Path) -> None:
     folder = install_scene(manifest, wheel)
     (folder / "stray.urdf").write_text("")
     assert files_below(install_scene(manifest, wheel)) == {"cube.urdf", "meshes/cube.obj"}
@@ -65,17 +65,17 @@ def test_another_wheel_is_refused_and_nothing_is_lost(manifest: Manifest, wheel:
     assert files_below(folder) == {"cube.urdf", "meshes/cube.obj"}
 
 
-def test_a_wheel_that_is_not_there_is_named(manifest: Manifest, tmp_path: Path) -> None:
+def test_missing_wheel_is_named(manifest: Manifest, tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"wheel not found: .*none\.whl"):
         install_scene(manifest, tmp_path / "none.whl")
 
 
-def test_a_scene_that_ships_needs_no_installation() -> None:
+def test_shipped_scene_needs_no_installation() -> None:
     with pytest.raises(SceneError, match="needs no installation"):
         install_scene(read_manifest(manifest_path("builtin")))
 
 
-def test_a_download_that_fails_says_what_else_can_be_done(
+def test_failed_download_names_the_alternative(
     manifest: Manifest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PIP_NO_INDEX", "1")

@@ -67,7 +67,7 @@ def test_the_hash_does_not_cover_where_goals_are_drawn(own_scene: Path) -> None:
         ({"table": {"urdf": "table.urdf", "position": [0, 0, float("nan")]}}, "position"),
     ],
 )
-def test_a_wrong_manifest_is_one_line_that_names_the_field(
+def test_wrong_manifest_gives_a_one_line_error_naming_the_field(
     own_scene: Path, change: dict[str, Any], message: str
 ) -> None:
     edit(own_scene, **change)
@@ -76,14 +76,14 @@ def test_a_wrong_manifest_is_one_line_that_names_the_field(
     assert "\n" not in str(error.value)
 
 
-def test_all_faults_of_a_manifest_are_told_at_once(own_scene: Path) -> None:
+def test_all_faults_of_a_manifest_are_reported_at_once(own_scene: Path) -> None:
     edit(own_scene, camera=3, objects=[])
     with pytest.raises(SceneError, match=r"camera.*; objects|objects.*; camera"):
         load_scene(own_scene)
 
 
 @pytest.mark.parametrize("content", ["", "[1, 2]", "a: [", "x: !!python/object:os.system {}"])
-def test_what_is_no_manifest_is_refused(tmp_path: Path, content: str) -> None:
+def test_malformed_manifests_are_refused(tmp_path: Path, content: str) -> None:
     path = tmp_path / "scene.yaml"
     path.write_text(content)
     with pytest.raises(SceneError):
@@ -101,7 +101,7 @@ def test_a_missing_urdf_is_named(own_scene: Path) -> None:
         Simulation(load_scene(own_scene))
 
 
-def test_where_official_is_not_installed_the_error_names_both_remedies(
+def test_error_for_missing_official_scene_names_both_remedies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))

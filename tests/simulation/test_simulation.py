@@ -36,7 +36,7 @@ def test_a_fresh_world_remembers_nothing(builtin_scene: Scene) -> None:
         assert np.array_equal(pushed(simulation), once)
 
 
-def test_holding_in_parts_is_holding_at_once(builtin_scene: Scene) -> None:
+def test_holding_in_parts_equals_holding_at_once(builtin_scene: Scene) -> None:
     command = (0.4, 0.9, 0.0, -0.7, 0.0, 1.2, 0.3, 0.2, 0.1)
     with Simulation(builtin_scene) as whole, Simulation(builtin_scene) as parts:
         whole.hold(command, 200)
@@ -72,7 +72,7 @@ def test_what_falls_off_the_table_is_put_back(
         assert back == falls
 
 
-def test_commands_are_kept_in_their_range(builtin_scene: Scene) -> None:
+def test_commands_are_clipped_to_their_range(builtin_scene: Scene) -> None:
     limits = builtin_scene.manifest.limits
     with Simulation(builtin_scene) as simulation:
         simulation.hold((9.0, 0, 0, 0, 0, 0, -9.0, 0, 0), 600)
@@ -81,7 +81,7 @@ def test_commands_are_kept_in_their_range(builtin_scene: Scene) -> None:
     assert joints[6] == pytest.approx(limits.command_low[6], abs=0.01)
 
 
-def test_a_pose_that_is_no_number_is_a_named_error(builtin_scene: Scene) -> None:
+def test_nan_pose_raises_a_physics_error(builtin_scene: Scene) -> None:
     poses = np.array([[-0.1, 0, np.nan, 0, 0, 0, 1.0]])
     with Simulation(builtin_scene) as simulation:
         simulation.reset(poses)
@@ -92,7 +92,7 @@ def test_a_pose_that_is_no_number_is_a_named_error(builtin_scene: Scene) -> None
 
 
 @pytest.mark.parametrize("step", [0, 430, 999])
-def test_an_explosion_is_told_with_its_steps_and_commands(builtin_scene: Scene, step: int) -> None:
+def test_explosion_is_reported_with_its_steps_and_commands(builtin_scene: Scene, step: int) -> None:
     task = Task(builtin_scene, Condition.parse("OM"))
     simulation, nowhere = task.simulation, (0.0, 0.0, float("nan"))
 
@@ -117,7 +117,7 @@ def test_an_explosion_is_told_with_its_steps_and_commands(builtin_scene: Scene, 
     assert any(int(number.replace(",", "")) <= 1001 + step for number in commanded)
 
 
-def test_a_single_step_that_explodes_is_told_with_its_command(builtin_scene: Scene) -> None:
+def test_exploding_step_is_reported_with_its_command(builtin_scene: Scene) -> None:
     task = Task(builtin_scene, Condition.parse("OM"))
     task.begin(object_poses=np.array([[0, 0, np.nan, 0, 0, 0, 1.0]]))
     with pytest.raises(PhysicsError, match=r"command that began at step 0 is \[-0.1, 0.2, -0.1"):
@@ -125,7 +125,7 @@ def test_a_single_step_that_explodes_is_told_with_its_command(builtin_scene: Sce
     task.close()
 
 
-def test_joints_that_are_no_numbers_are_a_named_error(builtin_scene: Scene) -> None:
+def test_nan_joints_raise_a_physics_error(builtin_scene: Scene) -> None:
     with Simulation(builtin_scene) as simulation:
         simulation.robot.set_joint_positions(np.full(9, np.nan))
         with pytest.raises(PhysicsError, match="joint positions are"):
@@ -138,7 +138,7 @@ def test_the_number_of_objects_is_checked(builtin_scene: Scene, n_objects: int) 
         Simulation(builtin_scene, n_objects)
 
 
-def test_a_closed_simulation_says_so(builtin_scene: Scene) -> None:
+def test_using_a_closed_simulation_raises(builtin_scene: Scene) -> None:
     simulation = Simulation(builtin_scene)
     simulation.close()
     simulation.close()
