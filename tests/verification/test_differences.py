@@ -41,13 +41,13 @@ def test_poses_differ_by_metres_and_by_the_worst_component() -> None:
     ]
 
 
-def test_what_has_no_number_is_a_sentence() -> None:
+def test_difference_without_a_number_is_its_text() -> None:
     assert str(Difference("it is blue")) == "it is blue"
 
 
 @settings(max_examples=30)
 @given(st.text())
-def test_what_is_quoted_is_one_short_line(text: str) -> None:
+def test_quoted_text_is_one_short_line(text: str) -> None:
     line = quoted(text)
     assert line.isprintable()
     assert len(line) <= LONGEST

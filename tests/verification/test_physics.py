@@ -83,13 +83,13 @@ def test_the_fingerprint_is_the_same_whenever_it_is_taken(builtin_scene: Scene) 
         assert physics.fingerprint.__wrapped__() == first == physics.fingerprint()
 
 
-def test_the_fingerprint_feels_the_last_bit(elsewhere: Elsewhere) -> None:
+def test_fingerprint_changes_with_the_last_bit(elsewhere: Elsewhere) -> None:
     here = physics.fingerprint()
     elsewhere(float(np.finfo(float).eps))
     assert physics.fingerprint() != here
 
 
-def test_this_machine_has_the_reference_or_is_told_so(tmp_path: Path) -> None:
+def test_doctor_reports_whether_physics_is_the_reference(tmp_path: Path) -> None:
     facts = json.loads(realbench(tmp_path, "doctor", "--scene", "builtin", "--json").stdout)
     assert facts["physics"] == physics.fingerprint()
     assert facts["physics_is_the_reference"] == (physics.fingerprint() == physics.REFERENCE)
@@ -98,7 +98,7 @@ def test_this_machine_has_the_reference_or_is_told_so(tmp_path: Path) -> None:
     assert ("different physics than the reference" in told) != facts["physics_is_the_reference"]
 
 
-def test_recordings_and_results_keep_it(
+def test_recordings_and_results_keep_the_fingerprint(
     builtin_scene: Scene, goals: GoalSet, tmp_path: Path, elsewhere: Elsewhere
 ) -> None:
     here = physics.fingerprint()
@@ -130,7 +130,7 @@ def test_a_result_of_other_physics_is_not_called_forged(
     assert found["physics"] == {"then": there, "here": physics.fingerprint()}
 
 
-def test_a_result_of_other_physics_that_ends_alike_is_proved_to_a_millimetre(
+def test_result_of_other_physics_can_verify_to_a_millimetre(
     builtin_scene: Scene, goals: GoalSet, goals_path: Path, tmp_path: Path, elsewhere: Elsewhere
 ) -> None:
     elsewhere(1e-9)
@@ -175,7 +175,7 @@ def test_a_recording_of_other_physics_is_not_called_forged(
     realbench(tmp_path, "verify", run, code=5)
 
 
-def test_a_recording_from_before_fingerprints_is_judged_by_bits(
+def test_recording_without_a_fingerprint_is_judged_by_bits(
     builtin_scene: Scene, tmp_path: Path
 ) -> None:
     run = played(builtin_scene, tmp_path / "run.h5", 2000)
@@ -188,7 +188,7 @@ def test_a_recording_from_before_fingerprints_is_judged_by_bits(
     assert any("its physics is unknown" in note for note in verdict.notes)
 
 
-def test_what_mixes_physics_is_marked(
+def test_compare_marks_results_of_mixed_physics(
     builtin_scene: Scene, goals: GoalSet, tmp_path: Path, elsewhere: Elsewhere
 ) -> None:
     here = physics.fingerprint()

@@ -63,7 +63,7 @@ def test_a_resumed_recording_verifies_with_its_images(recorded: Path) -> None:
         (toy("tested:GlobalRandomness"), "OJ"),
     ],
 )
-def test_every_way_of_control_verifies(
+def test_every_control_verifies(
     builtin_scene: Scene, tmp_path: Path, controller: str, condition: str
 ) -> None:
     for steps in (600, 1800):
@@ -149,7 +149,7 @@ CHANGES: list[tuple[str, str | None, int, Any]] = [
 
 
 @pytest.mark.parametrize(("dataset", "field", "row", "change"), CHANGES)
-def test_whatever_is_altered_is_found(
+def test_every_alteration_is_found(
     recorded: Path, tmp_path: Path, dataset: str, field: str | None, row: int, change: Any
 ) -> None:
     path = tmp_path / "run.h5"
@@ -177,9 +177,7 @@ def test_whatever_is_altered_is_found(
         ("images", False),
     ],
 )
-def test_a_header_that_is_altered_is_found(
-    recorded: Path, tmp_path: Path, name: str, value: Any
-) -> None:
+def test_altered_header_is_found(recorded: Path, tmp_path: Path, name: str, value: Any) -> None:
     path = tmp_path / "run.h5"
     shutil.copy(recorded, path)
     with h5py.File(path, "r+") as file:
@@ -188,7 +186,7 @@ def test_a_header_that_is_altered_is_found(
     assert is_found_out(path)
 
 
-def test_a_command_whose_change_moves_nothing_is_found_by_the_hash(
+def test_command_changed_without_effect_is_found_by_the_hash(
     builtin_scene: Scene, tmp_path: Path
 ) -> None:
     path = play(builtin_scene, tmp_path / "run.h5", 1300, condition="OJ")
@@ -211,7 +209,7 @@ def test_a_command_whose_change_moves_nothing_is_found_by_the_hash(
     assert "before commands were hashed" in verify(path).lines()[0]
 
 
-def test_the_first_action_that_differs_is_told_and_by_how_much(
+def test_first_differing_action_is_reported_with_its_difference(
     recorded: Path, tmp_path: Path
 ) -> None:
     path = tmp_path / "run.h5"
@@ -227,7 +225,7 @@ def test_the_first_action_that_differs_is_told_and_by_how_much(
     assert verify(path, n_steps=1000).holds
 
 
-def test_a_world_that_begins_elsewhere_after_a_cut_is_told(recorded: Path, tmp_path: Path) -> None:
+def test_other_start_after_a_cut_is_reported(recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     shutil.copy(recorded, path)
     with h5py.File(path, "r+") as file, edited_poses(file) as poses:
@@ -245,16 +243,12 @@ def test_a_world_that_begins_elsewhere_after_a_cut_is_told(recorded: Path, tmp_p
         ({"path": Path(__file__)}, "cannot be read"),
     ],
 )
-def test_what_cannot_be_replayed_is_refused(
-    recorded: Path, options: dict[str, Any], complaint: str
-) -> None:
+def test_bad_arguments_are_refused(recorded: Path, options: dict[str, Any], complaint: str) -> None:
     with pytest.raises(RealBenchError, match=complaint):
         RecordingVerification(**{"path": recorded, **options}).verify(ignore_two)
 
 
-def test_a_recording_of_an_earlier_version_of_its_control_is_not_replayed(
-    recorded: Path, tmp_path: Path
-) -> None:
+def test_recording_of_an_earlier_control_version_is_refused(recorded: Path, tmp_path: Path) -> None:
     path = tmp_path / "old.h5"
     shutil.copy(recorded, path)
     with h5py.File(path, "r+") as file:
@@ -265,7 +259,7 @@ def test_a_recording_of_an_earlier_version_of_its_control_is_not_replayed(
         verify(path)
 
 
-def test_it_can_be_stopped(recorded: Path) -> None:
+def test_verification_can_be_stopped(recorded: Path) -> None:
     def press_ctrl_c(done: int, total: int) -> None:
         if done == 2000:
             signal.raise_signal(signal.SIGINT)
@@ -274,7 +268,7 @@ def test_it_can_be_stopped(recorded: Path) -> None:
         RecordingVerification(recorded).verify(press_ctrl_c)
 
 
-def test_images_can_be_compared_only_where_they_are(builtin_scene: Scene, tmp_path: Path) -> None:
+def test_comparing_images_needs_recorded_images(builtin_scene: Scene, tmp_path: Path) -> None:
     path = play(builtin_scene, tmp_path / "run.h5", 1000)
     with pytest.raises(RecordingError, match="without images"):
         verify(path, images=True)

@@ -58,7 +58,7 @@ def test_an_honest_result_verifies(honest: Path, goals_path: Path) -> None:
         ("real_r", "OC"),
     ],
 )
-def test_every_way_of_control_verifies(
+def test_every_control_verifies(
     make_result: MakeResult, goals_path: Path, controller: str, condition: str
 ) -> None:
     path = make_result(controller, condition, n_trials=1, trial_steps=1500)
@@ -78,7 +78,7 @@ def test_processes_and_other_simulations_change_nothing(
     assert alone == shared
 
 
-def test_what_it_learned_from_is_checked(
+def test_recording_it_learned_from_is_checked(
     builtin_scene: Scene, make_result: MakeResult, goals_path: Path, tmp_path: Path
 ) -> None:
     run = play(builtin_scene, tmp_path / "run.h5", 3000)
@@ -154,7 +154,7 @@ def as_little_as_counts(place: tuple[Any, ...]) -> Callable[[Any], Any]:
     return changed
 
 
-def test_a_forger_who_seals_anew_is_found_out_by_the_replay(honest: Path, goals_path: Path) -> None:
+def test_resealed_forgery_is_found_by_the_replay(honest: Path, goals_path: Path) -> None:
     """Every number and text but those that no replay can prove, changed by as little as can be."""
     content = json.loads(honest.read_text())
     content["setting"]["versions"] = {"python": "3.11"}  # one will do
@@ -193,7 +193,7 @@ def moved(result: Result, goal: int, metres: float) -> Result:
     return result.model_copy(update={"trials": tuple(trials)})
 
 
-def test_the_first_goal_that_differs_is_told_and_by_how_much(
+def test_first_differing_goal_is_reported_with_its_difference(
     honest: Path, goals_path: Path
 ) -> None:
     result = load_result(honest)
@@ -213,7 +213,7 @@ def with_commands(result: Result, goal: int, commands: Commands) -> Result:
     return result.model_copy(update={"trials": tuple(trials)})
 
 
-def test_other_commands_do_not_lead_to_the_same_end(honest: Path, goals_path: Path) -> None:
+def test_swapped_commands_are_found_by_the_replay(honest: Path, goals_path: Path) -> None:
     result = load_result(honest)
     other = Commands.of([Action.macro([[-0.1, 0.3], [-0.1, -0.3]]).first(800)])
     verdict = verify(forged(honest, with_commands(result, 1, other).to_json()), goals_path)
@@ -227,7 +227,7 @@ def test_other_commands_do_not_lead_to_the_same_end(honest: Path, goals_path: Pa
         (Commands.of([Action(np.zeros((1, 4)), np.array([800]), np.array([True]))]), "straight"),
     ],
 )
-def test_commands_of_another_control_are_told(
+def test_commands_of_another_control_are_reported(
     honest: Path, goals_path: Path, commands: Commands, complaint: str
 ) -> None:
     result = load_result(honest)
@@ -250,7 +250,7 @@ def test_a_trial_that_began_elsewhere_is_found(
     assert len(verdict.different) == 2
 
 
-def test_altered_goals_are_not_the_goals(
+def test_altered_goals_are_refused(
     honest: Path, goals: GoalSet, tmp_path: Path, goals_path: Path
 ) -> None:
     poses = goals.goals[2].final_poses.copy()
@@ -276,7 +276,7 @@ def test_altered_goals_are_not_the_goals(
         ({"scene": "moon"}, "unknown scene"),
     ],
 )
-def test_what_cannot_be_replayed_is_refused(
+def test_results_that_cannot_be_replayed_are_refused(
     honest: Path, goals_path: Path, options: dict[str, Any], complaint: str
 ) -> None:
     wanted = {"path": honest, "goals": goals_path, **options}
@@ -306,7 +306,7 @@ def test_an_incomplete_result_passes_only_when_asked(honest: Path, goals_path: P
     assert verify(path, goals_path, may_be_incomplete=True).holds
 
 
-def test_a_part_of_chosen_goals_does_not_verify(
+def test_hand_picked_part_of_the_goals_does_not_verify(
     make_result: MakeResult, honest: Path, goals_path: Path
 ) -> None:
     """A part is spread over the classes by rule: nobody picks the goals that went well."""
@@ -334,7 +334,7 @@ def test_other_versions_are_noted(honest: Path, goals_path: Path) -> None:
         verify(altered(honest, place, lambda _: "3.0.0\nby me"), goals_path)
 
 
-def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
+def test_kind_of_observation_is_not_proved(honest: Path, goals_path: Path) -> None:
     """The same commands might have been chosen from images; docs/verification.md says so."""
     assert verify(altered(honest, ("setting", "condition"), lambda _: "IM"), goals_path).holds
     joints = altered(honest, ("setting", "condition"), lambda _: "OJ")
@@ -346,7 +346,7 @@ def test_ways_of_seeing_are_not_proved(honest: Path, goals_path: Path) -> None:
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_it_can_be_stopped(make_result: MakeResult, goals_path: Path, jobs: int) -> None:
+def test_verification_can_be_stopped(make_result: MakeResult, goals_path: Path, jobs: int) -> None:
     path = make_result(n_trials=3)
 
     def press_ctrl_c(done: int, total: int) -> None:
@@ -357,15 +357,13 @@ def test_it_can_be_stopped(make_result: MakeResult, goals_path: Path, jobs: int)
         ResultVerification(path, goals_path, jobs=jobs).verify(press_ctrl_c)
 
 
-def test_progress_is_told(honest: Path, goals_path: Path) -> None:
+def test_progress_is_reported(honest: Path, goals_path: Path) -> None:
     seen: list[tuple[int, int]] = []
     ResultVerification(honest, goals_path).verify(lambda done, total: seen.append((done, total)))
     assert seen == [(0, 2), (1, 2), (2, 2)]
 
 
-def test_the_last_bit_of_what_is_derived_is_that_of_a_processor(
-    honest: Path, goals_path: Path
-) -> None:
+def test_last_bit_of_a_derived_value_is_ignored(honest: Path, goals_path: Path) -> None:
     """As another machine wrote it: a distance whose last bit is another one."""
     content = json.loads(honest.read_text())
     for row in content["trials"]:
@@ -374,7 +372,7 @@ def test_the_last_bit_of_what_is_derived_is_that_of_a_processor(
     assert verdict.holds, verdict.lines()
 
 
-def test_the_last_bit_of_a_pose_is_a_fact(honest: Path, goals_path: Path) -> None:
+def test_last_bit_of_a_pose_is_checked(honest: Path, goals_path: Path) -> None:
     content = json.loads(honest.read_text())
     pose = content["trials"][0]["final_poses"][0]
     pose[0] = float(np.nextafter(pose[0], 9))

@@ -40,7 +40,7 @@ def test_an_honest_result_verifies(place: Path) -> None:
     assert printed[-1].startswith("verified: 2 of 2 trials replay bit for bit, score 0.")
 
 
-def test_an_altered_result_does_not(place: Path) -> None:
+def test_altered_result_does_not_verify(place: Path) -> None:
     arguments = ("altered.json", "--goals", "goals.npy", "--json")
     told = json.loads(realbench(place, "verify", *arguments, code=4).stdout)
     assert not told["verified"]
@@ -73,7 +73,7 @@ def test_a_recording_verifies_until_it_is_altered(place: Path) -> None:
         ((str(EVALUATION / "results" / "real_r-OM-1.json"),), 1, "it keeps no commands"),
     ],
 )
-def test_what_cannot_be_verified_is_told_in_one_line(
+def test_bad_verify_arguments_give_a_one_line_error(
     place: Path, arguments: tuple[str, ...], code: int, message: str
 ) -> None:
     done = realbench(place, "verify", *arguments, code=code)
