@@ -33,14 +33,14 @@ def make(name: str = NAMES[0], **options: Any) -> gymnasium.Env[Any, Any]:
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("objects", [1, 2])
-def test_gymnasium_finds_nothing_to_complain_about(name: str, objects: int, goals: GoalSet) -> None:
+def test_environment_passes_the_gymnasium_checker(name: str, objects: int, goals: GoalSet) -> None:
     for options in ({}, {"goals": goals} if objects == 2 else {}):
         env = make(name, objects=objects, render_mode="rgb_array", **options)
         check_env(env.unwrapped, skip_render_check=True)  # which would open pybullet's window
         env.close()
 
 
-def test_an_action_is_a_macro_of_the_other_environment() -> None:
+def test_action_matches_a_macro_of_the_stepwise_environment() -> None:
     whole, stepwise = make(objects=2), real_bench.make_env("OM", objects=2, scene="builtin")
     whole.reset(seed=0)
     stepwise.reset(seed=0)
@@ -59,7 +59,7 @@ def test_an_action_is_a_macro_of_the_other_environment() -> None:
     stepwise.close()
 
 
-def test_the_same_seed_and_actions_give_the_same() -> None:
+def test_same_seed_and_actions_give_the_same_observations() -> None:
     def play() -> list[Any]:
         env = make(NAMES[1], max_steps=2500)
         seen = [env.reset(seed=1)[0]]
@@ -91,7 +91,7 @@ def test_an_episode_ends_after_its_steps(goals: GoalSet) -> None:
 
 
 @pytest.mark.parametrize("action", [[0.0, 0.0], [np.nan] * 4, [[0.1] * 4] * 2, "push", None])
-def test_what_is_no_action_is_refused(action: Any) -> None:
+def test_bad_actions_are_refused(action: Any) -> None:
     env = ActionEnv(scene="builtin")
     env.reset()
     with pytest.raises(ActionError):
@@ -104,7 +104,7 @@ def test_only_macros_are_whole_actions() -> None:
         ActionEnv("OJ", scene="builtin")
 
 
-def test_its_spec_can_be_written_and_read(goals: GoalSet, tmp_path: Path) -> None:
+def test_spec_survives_json(goals: GoalSet, tmp_path: Path) -> None:
     save_goal_set(goals, tmp_path / "goals.npy")
     env = make(objects=2, goals=tmp_path / "goals.npy")
     assert env.spec is not None
@@ -116,7 +116,7 @@ def test_its_spec_can_be_written_and_read(goals: GoalSet, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])
-def test_several_at_once_are_as_one_alone(mode: str) -> None:
+def test_vector_environment_matches_single_ones(mode: str) -> None:
     several = gymnasium.make_vec(
         NAMES[0], num_envs=2, vectorization_mode=mode, scene="builtin", max_steps=2000
     )
@@ -137,7 +137,7 @@ def test_several_at_once_are_as_one_alone(mode: str) -> None:
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", NAMES)
-def test_stable_baselines_takes_it_as_it_is(name: str) -> None:
+def test_environment_passes_the_stable_baselines_checker(name: str) -> None:
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     env = make(name, max_steps=3000)
     checker.check_env(env.unwrapped, skip_render_check=True)

@@ -55,7 +55,7 @@ def test_between_via_points_the_path_is_straight(points: np.ndarray) -> None:
 
 
 @given(via_points, st.integers(1, ACTION_STEPS))
-def test_the_first_steps_of_an_action_are_the_same_steps(points: np.ndarray, n_steps: int) -> None:
+def test_shortened_action_keeps_its_first_steps(points: np.ndarray, n_steps: int) -> None:
     action = Action.via_points(points)
     path = joint_path(action.first(n_steps))
     assert len(path) == n_steps
@@ -87,7 +87,7 @@ def test_poses_share_a_thousand_steps(n_poses: int) -> None:
         lambda: Action(np.zeros((2, 9)), np.array([1]), np.array([False])),
     ],
 )
-def test_an_action_that_is_none_is_refused(make: Any) -> None:
+def test_invalid_actions_are_refused(make: Any) -> None:
     with pytest.raises(ActionError):
         make()
 
@@ -118,7 +118,9 @@ def test_an_action_that_is_none_is_refused(make: Any) -> None:
         ),
     ],
 )
-def test_a_bad_action_dict_says_what_is_wrong(control: Any, action: Any, message: str) -> None:
+def test_bad_action_dict_is_refused_with_the_reason(
+    control: Any, action: Any, message: str
+) -> None:
     with pytest.raises(ActionError, match=message):
         control.command(action)
 
@@ -131,7 +133,7 @@ def test_a_bad_action_dict_says_what_is_wrong(control: Any, action: Any, message
         (CartesianControl(), {"cartesian_command": None, "gripper_command": None}),
     ],
 )
-def test_none_is_the_absence_of_a_command(control: Any, action: Any) -> None:
+def test_none_means_no_command_and_goes_home(control: Any, action: Any) -> None:
     command = control.command(action)
     assert command.shape == (control.size,)
     assert np.isnan(command).all()
@@ -146,7 +148,7 @@ def test_none_is_the_absence_of_a_command(control: Any, action: Any) -> None:
         (Action(np.array([[0.0] * 8 + [np.nan]]), np.array([9]), np.array([False])), "finite"),
     ],
 )
-def test_a_bad_whole_action_says_what_is_wrong(action: Any, message: str) -> None:
+def test_bad_whole_action_is_refused_with_the_reason(action: Any, message: str) -> None:
     with pytest.raises(ActionError, match=message):
         check_action(action, JointControl())
 
@@ -156,7 +158,7 @@ def test_only_joints_can_move_on_a_line() -> None:
         check_action(Action.via_points(np.zeros((2, 9))), CartesianControl())
 
 
-def test_a_macro_is_planned_when_it_starts_and_when_it_has_run_out(builtin_scene: Scene) -> None:
+def test_macro_step_by_step_matches_a_macro_at_once(builtin_scene: Scene) -> None:
     command = np.array([-0.1, 0.2, -0.1, -0.2])
     with Simulation(builtin_scene) as whole, Simulation(builtin_scene) as steps:
         control = MacroControl()
@@ -168,7 +170,7 @@ def test_a_macro_is_planned_when_it_starts_and_when_it_has_run_out(builtin_scene
         assert np.array_equal(whole.joint_positions(), steps.joint_positions())
 
 
-def test_a_macro_lasts_a_thousand_steps_and_comes_home(builtin_scene: Scene) -> None:
+def test_macro_lasts_a_thousand_steps_and_ends_at_home(builtin_scene: Scene) -> None:
     with Simulation(builtin_scene) as simulation:
         for points in ((-0.1, 0.2, -0.1, -0.2), (0.0, 0.1, 0.0, 0.1), (-0.25, -0.5, 0.05, 0.5)):
             plan = plan_macro(points, simulation)
@@ -178,13 +180,13 @@ def test_a_macro_lasts_a_thousand_steps_and_comes_home(builtin_scene: Scene) -> 
 
 
 @given(via_points)
-def test_what_is_commanded_is_what_is_executed(points: np.ndarray) -> None:
+def test_commanded_postures_match_the_executed_path(points: np.ndarray) -> None:
     action = Action.via_points(points)
     moments = np.arange(1, ACTION_STEPS + 1)
     np.testing.assert_allclose(action.commanded(moments), joint_path(action), atol=1e-12)
 
 
-def test_what_is_commanded_of_a_macro_is_the_macro() -> None:
+def test_commanded_macro_is_the_macro_throughout() -> None:
     macro = Action.macro([[0.0, 0.1], [-0.2, 0.3]])
     assert macro.commanded([0, 500, 1000]).tolist() == [[0.0, 0.1, -0.2, 0.3]] * 3
 

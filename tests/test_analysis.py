@@ -22,7 +22,7 @@ def moved(n_objects: int = 2) -> st.SearchStrategy[NDArray[np.float64]]:
     return rows.flatmap(lambda n: arrays(np.float64, (n, n_objects), elements=LENGTHS))
 
 
-def test_pairs_of_a_space_that_is_the_real_one_agree_wholly() -> None:
+def test_pairs_of_a_scaled_real_space_correlate_fully() -> None:
     random = np.random.default_rng(0)
     positions = random.uniform(-0.5, 0.5, (50, 2, 3))
     pairs = analysis.pair_distances(positions.reshape(50, 6) * 3, positions, 500, random)
@@ -32,13 +32,13 @@ def test_pairs_of_a_space_that_is_the_real_one_agree_wholly() -> None:
 
 
 @given(arrays(np.float64, (2, 30), elements=st.floats(0, 1, width=16), unique=True))
-def test_correlations_are_those_of_the_textbook(both: NDArray[np.float64]) -> None:
+def test_correlations_match_scipy(both: NDArray[np.float64]) -> None:
     pairs = analysis.PairDistances(*both)
     assert pairs.spearman == pytest.approx(spearmanr(*both).statistic)
     assert pairs.pearson == pytest.approx(pearsonr(*both).statistic)
 
 
-def test_what_never_varies_has_no_correlation() -> None:
+def test_constant_values_have_no_correlation() -> None:
     alike = analysis.PairDistances(np.ones(3), np.arange(3.0))
     assert np.isnan([alike.spearman, alike.pearson]).all()
     nothing = alike.within(5, 6)
@@ -62,7 +62,7 @@ def test_pairs_need_two_states_and_their_positions() -> None:
 
 
 @given(moved())
-def test_lengths_are_those_of_the_object_that_went_farthest(
+def test_length_is_that_of_the_object_that_moved_farthest(
     displacements: NDArray[np.float64],
 ) -> None:
     lengths = analysis.action_lengths(displacements)
@@ -81,7 +81,7 @@ def test_every_move_is_counted_in_one_period(
         assert count == (rows.max(axis=1) > 0.01).sum()
 
 
-def test_a_period_is_not_empty() -> None:
+def test_empty_period_is_refused() -> None:
     with pytest.raises(RealBenchError, match="at least 1 action, not 0"):
         analysis.moves_by_period(np.zeros((3, 1)), 0)
 

@@ -32,14 +32,14 @@ def test_importing_it_loads_nothing_heavy() -> None:
     assert told.strip() == "[]"
 
 
-def test_every_name_is_there() -> None:
+def test_every_public_name_exists() -> None:
     for name in real_bench.__all__:
         assert getattr(real_bench, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         real_bench.nothing  # noqa: B018
 
 
-def test_what_a_notebook_does(builtin_scene: Scene, tmp_path: Path) -> None:
+def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
     goals = real_bench.load_goals(str(tmp_path / "goals.npy"))
     run, out = str(tmp_path / "run.h5"), str(tmp_path / "score.json")
@@ -65,7 +65,7 @@ def test_what_a_notebook_does(builtin_scene: Scene, tmp_path: Path) -> None:
     assert real_bench.figures.FIGURES
 
 
-def test_errors_are_of_one_family(tmp_path: Path) -> None:
+def test_errors_derive_from_real_bench_error(tmp_path: Path) -> None:
     for wrong in (
         lambda: real_bench.run_intrinsic(out=tmp_path / "run.h5"),
         lambda: real_bench.run_intrinsic("no_such", out=tmp_path / "run.h5", scene="builtin"),

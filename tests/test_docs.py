@@ -26,7 +26,7 @@ OF_OTHERS = ("cluster.md", "official-api.md", "data.md")
 test_data_pages.py); that is only compiled here."""
 
 
-def test_the_table_of_results_is_what_its_command_prints() -> None:
+def test_table_of_results_matches_what_its_command_prints() -> None:
     page = Page(ROOT / "docs" / "results.md")
     shown = re.search(r"<!-- table -->\n(.*?)\n<!-- end of table -->", page.text, re.DOTALL)
     assert shown is not None
@@ -95,7 +95,7 @@ def test_python_in_a_page_runs(page: Page, number: int, tmp_path: Path) -> None:
     realbench(tmp_path, "extrinsic", *test, *as_made)
 
 
-def test_the_experiment_of_its_page_is_read(tmp_path: Path) -> None:
+def test_experiment_page_shows_a_valid_spec(tmp_path: Path) -> None:
     small = Page(ROOT / "docs" / "experiments.md").blocks("yaml")[0]
     (tmp_path / small.title).write_text(small.text)
     assert [cell.name for cell in read_spec(tmp_path / small.title).cells] == [
@@ -104,7 +104,7 @@ def test_the_experiment_of_its_page_is_read(tmp_path: Path) -> None:
     ]
 
 
-def test_a_newcomer_follows_the_tutorial(tmp_path: Path) -> None:
+def test_tutorial_commands_run(tmp_path: Path) -> None:
     """Its commands word for word, but for shorter plays and fewer trials."""
     page = Page(ROOT / "docs" / "tutorial.md")
     (tmp_path / "mine.py").write_text(page.blocks("python")[0].text)

@@ -35,7 +35,7 @@ def goals(builtin_scene: Scene) -> GoalSet:
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("objects", [1, 3])
 @pytest.mark.parametrize("condition", CONDITION_NAMES)
-def test_gymnasium_finds_nothing_to_complain_about(condition: str, objects: int) -> None:
+def test_environment_passes_the_gymnasium_checker(condition: str, objects: int) -> None:
     env = gymnasium.make(
         f"RealBench/REAL-{condition}-v0", objects=objects, scene="builtin", render_mode="rgb_array"
     )
@@ -87,7 +87,7 @@ def test_observations_share_no_memory() -> None:
     env.close()
 
 
-def test_an_episode_is_the_same_whenever_it_is_repeated() -> None:
+def test_repeated_episode_is_the_same() -> None:
     def play(env: Any) -> list[np.ndarray]:
         env.reset(seed=3)
         env.action_space.seed(3)
@@ -107,7 +107,7 @@ def test_free_play_has_no_goal() -> None:
     env.close()
 
 
-def test_a_trial_shows_its_goal_at_once_ends_in_time_and_is_scored(goals: GoalSet) -> None:
+def test_trial_shows_its_goal_ends_in_time_and_is_scored(goals: GoalSet) -> None:
     env = real_bench.make_env(scene="builtin", condition="OM", objects=2, goals=goals, max_steps=20)
     for goal in goals.goals:
         observation, _ = env.reset()
@@ -136,7 +136,7 @@ def test_the_camera_can_be_rendered() -> None:
     env.close()
 
 
-def test_without_a_display_the_window_is_a_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_window_without_a_display_raises_a_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     with pytest.raises(SceneError, match="no display"):
         real_bench.make_env(scene="builtin", render_mode="human")
@@ -155,7 +155,7 @@ def test_wrong_arguments_are_named() -> None:
 
 
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
-def test_one_world_is_never_behind_two_objects(
+def test_environments_and_simulations_cannot_be_copied(
     copied: Callable[[Any], Any], builtin_scene: Scene
 ) -> None:
     env = real_bench.make_env(scene="builtin", condition="OJ")
@@ -167,7 +167,7 @@ def test_one_world_is_never_behind_two_objects(
     env.close()
 
 
-def test_worlds_end_with_the_last_object_that_knows_them() -> None:
+def test_simulation_ends_with_its_last_reference() -> None:
     """Whether or not they were closed; one that could not be begun, too."""
     clients = []
     for _ in range(3):
@@ -179,7 +179,7 @@ def test_worlds_end_with_the_last_object_that_knows_them() -> None:
     assert not any(pybullet.getConnectionInfo(client)["isConnected"] for client in clients)
 
 
-def test_a_world_that_is_closed_ends_no_later_one(builtin_scene: Scene) -> None:
+def test_closing_a_simulation_leaves_later_ones_alone(builtin_scene: Scene) -> None:
     first = Simulation(builtin_scene)
     first.close()
     with Simulation(builtin_scene) as second:  # of the same number, perhaps
@@ -189,9 +189,7 @@ def test_a_world_that_is_closed_ends_no_later_one(builtin_scene: Scene) -> None:
         assert pybullet.getConnectionInfo(second.client)["isConnected"]
 
 
-def test_an_environment_of_a_path_can_be_told_and_made_again(
-    goals: GoalSet, tmp_path: Path
-) -> None:
+def test_environment_made_from_paths_survives_its_spec(goals: GoalSet, tmp_path: Path) -> None:
     save_goal_set(goals, tmp_path / "goals.npy")
     scene = manifest_path("builtin")
     env = gymnasium.make(

@@ -48,7 +48,9 @@ def test_a_class_that_holds_the_controller_is_named(load: Load, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("folder", ["venv/lib", ".hidden"])
-def test_what_tools_keep_beside_it_is_not_its_code(load: Load, tmp_path: Path, folder: str) -> None:
+def test_virtual_environments_and_hidden_folders_are_ignored(
+    load: Load, tmp_path: Path, folder: str
+) -> None:
     controller = object()
     load(f"mine/{folder}/another_library.py", HELD).Keeper.held = controller
     (tmp_path / "mine/venv").mkdir(exist_ok=True)
@@ -56,7 +58,7 @@ def test_what_tools_keep_beside_it_is_not_its_code(load: Load, tmp_path: Path, f
     assert shared_through(controller, tmp_path / "mine") is None
 
 
-def test_an_object_that_cannot_be_looked_into_is_passed_over(load: Load, tmp_path: Path) -> None:
+def test_object_that_cannot_be_inspected_is_skipped(load: Load, tmp_path: Path) -> None:
     controller = object()
     module = load("mine/odd_of_mine.py", HELD)
     module.Keeper.held = [Odd(), controller]

@@ -15,15 +15,15 @@ README = Page(ROOT / "README.md")
 MOST_WORDS = 700
 
 
-def test_it_is_read_to_the_end() -> None:
+def test_readme_is_short() -> None:
     assert len(README.text.split()) <= MOST_WORDS
 
 
-def test_its_environment_runs() -> None:
+def test_readme_environment_runs() -> None:
     exec(compile(README.blocks("python")[1].text, "README.md", "exec"), {})
 
 
-def test_its_controller_plays_and_is_tested_by_its_commands(tmp_path: Path) -> None:
+def test_readme_commands_play_and_test_its_controller(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(README.blocks("python")[0].text)
     play, test = (README.command(name) for name in ("intrinsic", "extrinsic"))
     realbench(tmp_path, *play.replace("20000", "2000").split()[1:], "--scene", "builtin")
@@ -32,7 +32,7 @@ def test_its_controller_plays_and_is_tested_by_its_commands(tmp_path: Path) -> N
     realbench(tmp_path, *README.command("report").split()[1:])
 
 
-def test_its_results_are_those_of_the_table() -> None:
+def test_readme_results_match_the_table() -> None:
     rows = json.loads(realbench(ROOT, "table", "evaluation/paper.yaml", "--json").stdout)["rows"]
     told = {
         (row["controller"], row["condition"]): (
@@ -54,7 +54,7 @@ def _number(score: dict[str, float | None]) -> str:
     return f"{score['mean']:.3f}" + ("" if error is None else f" ± {error:.3f}")
 
 
-def test_the_citation_is_of_the_paper_and_of_this_version() -> None:
+def test_citation_matches_the_paper_and_this_version() -> None:
     from real_bench.version import __version__
 
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())

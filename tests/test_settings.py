@@ -78,7 +78,9 @@ class Plain:
         (["a=b=c"], {"a": "b=c"}),
     ],
 )
-def test_assignments_are_names_and_yaml(assignments: list[str], values: dict[str, Any]) -> None:
+def test_assignments_are_parsed_as_names_and_yaml(
+    assignments: list[str], values: dict[str, Any]
+) -> None:
     assert read_settings(None, assignments) == values
 
 
@@ -107,7 +109,7 @@ BAD_SCALARS = [
         *(pytest.param(text, id=text[:14]) for text in BAD_SCALARS),
     ],
 )
-def test_a_value_that_is_no_yaml_is_told_in_one_line(text: str) -> None:
+def test_invalid_yaml_value_gives_a_one_line_error(text: str) -> None:
     with pytest.raises(ControllerError, match=r"--set planner\.depth: ") as caught:
         read_settings(None, [f"planner.depth={text}"])
     assert "\n" not in str(caught.value)
@@ -143,9 +145,7 @@ def test_whatever_can_be_in_a_file_can_be_assigned(tree: dict[str, Any], random:
 
 @settings(max_examples=75, deadline=None)
 @given(TREES, TREES)
-def test_what_is_merged_says_what_the_second_says_and_else_the_first(
-    below: dict[str, Any], above: dict[str, Any]
-) -> None:
+def test_merged_settings_prefer_the_second(below: dict[str, Any], above: dict[str, Any]) -> None:
     before = copy.deepcopy((below, above))
     both = merged(below, above)
     assert (below, above) == before
@@ -159,7 +159,7 @@ def test_what_is_merged_says_what_the_second_says_and_else_the_first(
             assert value == (above[key] if key in above else below[key])
 
 
-def test_assignments_go_over_the_file(tmp_path: Path) -> None:
+def test_assignments_override_the_file(tmp_path: Path) -> None:
     file = tmp_path / "settings.yaml"
     file.write_text("planner:\n  depth: 8  # short\n  width: 2\nlevels: 5\n", encoding="utf-8")
     assert read_settings(file, []) == {"planner": {"depth": 8, "width": 2}, "levels": 5}
@@ -185,7 +185,7 @@ def test_a_file_without_values_sets_nothing(tmp_path: Path) -> None:
         (b"a: 1\n\tb: 2\n", "cannot start any token"),
     ],
 )
-def test_a_file_that_holds_no_settings_is_refused(
+def test_missing_or_malformed_file_is_refused(
     tmp_path: Path, content: bytes | None, complaint: str
 ) -> None:
     file = tmp_path / "settings.yaml"
@@ -197,12 +197,12 @@ def test_a_file_that_holds_no_settings_is_refused(
     assert "\n" not in str(caught.value)
 
 
-def test_a_folder_holds_no_settings(tmp_path: Path) -> None:
+def test_folder_is_refused_as_settings_file(tmp_path: Path) -> None:
     with pytest.raises(ControllerError, match="cannot be read"):
         read_settings(tmp_path, [])
 
 
-def test_values_become_a_record() -> None:
+def test_values_become_a_frozen_record() -> None:
     made = check_settings(Robot, "robot", {"arm": {"reach": "1e-3"}, "names": ["three"]})
     assert made == RobotSettings(arm=Arm(reach=0.001), names=("three",))
     assert check_settings(Robot, "robot", {}) == RobotSettings()
@@ -210,7 +210,7 @@ def test_values_become_a_record() -> None:
         made.careful = True  # type: ignore[union-attr]
 
 
-def test_everything_that_is_wrong_is_told_at_once_with_what_could_be_set() -> None:
+def test_all_errors_are_reported_at_once_with_the_known_settings() -> None:
     values = {
         "arm": {"reach": -1, "joints": 9.5, "legs": 2},
         "names": "one",
@@ -244,7 +244,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_what_could_be_set() -> No
         ({"Arm": {}}, "Arm: "),
     ],
 )
-def test_a_bad_value_is_told_with_its_name(values: dict[Any, Any], fault: str) -> None:
+def test_bad_value_is_reported_with_its_name(values: dict[Any, Any], fault: str) -> None:
     with pytest.raises(ControllerError, match=f"bad settings: {fault}"):
         check_settings(Robot, "robot", values)
 
@@ -257,19 +257,19 @@ def test_a_controller_without_settings_takes_none() -> None:
         check_settings(Plain, "plain", {"arm": {}, "names": 1})
 
 
-def test_a_controller_without_settings_takes_no_numbered_ones() -> None:
+def test_controller_without_settings_refuses_numbered_names() -> None:
     with pytest.raises(ControllerError, match="plain has no settings, got 8"):
         check_settings(Plain, "plain", {8: 1})
 
 
 @pytest.mark.parametrize("kind", [dict, {}, 3, "settings", int])
-def test_settings_of_another_kind_are_refused(kind: Any) -> None:
+def test_settings_class_of_another_kind_is_refused(kind: Any) -> None:
     controller = type("Odd", (Controller,), {"Settings": kind})
     with pytest.raises(ControllerError, match=r"Odd.Settings must derive from real_bench"):
         settings_class(controller)
 
 
-def test_what_is_kept_is_plain_and_whole() -> None:
+def test_recorded_settings_are_plain_and_complete() -> None:
     kept = settings_in_full(Robot, "robot", {"arm": {"joints": "3"}})
     assert kept == {
         "arm": {"reach": 0.5, "joints": 3},
@@ -358,7 +358,7 @@ def commands_of(path: Path) -> list[list[float]]:
         return recording.commands()["command"].round(12).tolist()
 
 
-def test_a_controller_is_made_with_them_and_they_are_recorded(play: Play, pusher: str) -> None:
+def test_settings_reach_the_controller_and_are_recorded(play: Play, pusher: str) -> None:
     run = play(pusher, 1000, {"start": [-0.2, 0.3]})
     assert commands_of(run) == [[-0.2, 0.3, -0.2, 0.2]]
     assert header_of(run).settings == {"start": [-0.2, 0.3], "length": 0.1}
@@ -368,7 +368,7 @@ def test_a_run_of_a_controller_without_settings_records_none(play: Play) -> None
     assert header_of(play("real_r", 500, {})).settings == {}
 
 
-def test_a_resumed_run_keeps_them_and_refuses_others(play: Play, pusher: str) -> None:
+def test_resumed_run_keeps_its_settings_and_refuses_others(play: Play, pusher: str) -> None:
     values = {"start": [-0.2, 0.3], "length": 0.25}
     before = play(pusher, 500, values).read_bytes()
     for others in ({}, {**values, "length": 0.3}):
@@ -383,9 +383,7 @@ def test_a_resumed_run_keeps_them_and_refuses_others(play: Play, pusher: str) ->
     assert header_of(run).settings == values
 
 
-def test_bad_settings_leave_nothing_behind(
-    play: Play, face: Face, pusher: str, tmp_path: Path
-) -> None:
+def test_bad_settings_leave_no_files(play: Play, face: Face, pusher: str, tmp_path: Path) -> None:
     for controller, complaint in ((pusher, "length: "), ("real_r", "has no settings, got length")):
         with pytest.raises(ControllerError, match=complaint):
             play(controller, 500, {"length": -1})
@@ -394,7 +392,7 @@ def test_bad_settings_leave_nothing_behind(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_run_from_before_there_were_settings_can_be_read_and_resumed(play: Play) -> None:
+def test_older_run_without_settings_can_be_read_and_resumed(play: Play) -> None:
     run = play("real_r", 500, {})
     with h5py.File(run, "r+") as file:
         del file.attrs["settings"]
@@ -402,7 +400,7 @@ def test_a_run_from_before_there_were_settings_can_be_read_and_resumed(play: Pla
     play("real_r", 700, {}, resume=True)
 
 
-def test_a_result_tells_them_and_goes_on_only_with_the_same(
+def test_result_records_settings_and_resumes_only_with_them(
     face: Face, pusher: str, tmp_path: Path
 ) -> None:
     values = {"length": 0.25}
@@ -419,7 +417,7 @@ def test_a_result_tells_them_and_goes_on_only_with_the_same(
     assert face(pusher, 1, {"length": 0.3}).trials[0].actions_sha256 != one.actions_sha256
 
 
-def test_a_result_of_a_controller_without_settings_tells_none(face: Face) -> None:
+def test_result_of_a_controller_without_settings_records_none(face: Face) -> None:
     assert face("real_r", 1, {}).setting.settings == {}
 
 
@@ -443,7 +441,7 @@ def setting_of(folder: Path, *arguments: str) -> dict[str, Any]:
     return load_result(folder / "score.json").setting.model_dump()
 
 
-def test_a_command_takes_them_from_file_and_line(place: Path) -> None:
+def test_command_reads_settings_from_file_and_command_line(place: Path) -> None:
     recorded = header_of(place / "run.h5").settings
     assert recorded["abstraction"]["levels"] == 7
     assert recorded["planner"]["depth"] == 3
@@ -456,7 +454,7 @@ def resumed(folder: Path, *assignments: str, **given: Any) -> IntrinsicPhase:
     return plan_play(folder / "run.h5", settings=settings, **options)
 
 
-def test_a_run_is_resumed_with_its_own(place: Path) -> None:
+def test_run_is_resumed_with_its_own_settings(place: Path) -> None:
     recorded = header_of(place / "run.h5").settings
     realbench(place, "intrinsic", "--resume", "--steps", "1500")
     assert header_of(place / "run.h5").settings == recorded
@@ -465,19 +463,19 @@ def test_a_run_is_resumed_with_its_own(place: Path) -> None:
     assert header_of(place / "run.h5").settings == recorded
 
 
-def test_a_test_takes_those_of_the_run_for_the_same_controller(place: Path) -> None:
+def test_same_controller_is_tested_with_the_recorded_settings(place: Path) -> None:
     setting = setting_of(place)
     assert setting["controller"] == "real_d"
     assert setting["settings"] == header_of(place / "run.h5").settings
 
 
-def test_a_test_of_another_controller_takes_that_ones_defaults(place: Path) -> None:
+def test_another_controller_is_tested_with_its_own_defaults(place: Path) -> None:
     setting = setting_of(place, "--controller", "real_t")
     assert setting["settings"] == {"thresholds": [0.02, 0.04], "planner": {"depth": 10}}
     assert setting["run_steps"] > 0
 
 
-def test_a_bad_one_on_the_command_line_is_told_in_one_line(place: Path) -> None:
+def test_bad_settings_on_the_command_line_give_a_one_line_error(place: Path) -> None:
     given = ("--set", "planner.depht=3", "--set", "abstraction.levels=1")
     refused = realbench(
         place, "extrinsic", *given, "--goals", "goals.npy", "--out", "no.json", code=1
@@ -495,7 +493,7 @@ def planned(folder: Path, *assignments: str, **given: Any) -> TrialPlan:
     return plan_test(settings=settings, **{**place, **given})
 
 
-def test_those_of_the_run_are_under_those_of_the_command_line(place: Path) -> None:
+def test_command_line_settings_override_recorded_ones(place: Path) -> None:
     assert planned(place).settings == header_of(place / "run.h5").settings
     over = planned(place, "planner.depth=2", settings_file=place / "mine.yaml").settings
     assert (over["abstraction"]["levels"], over["planner"]["depth"]) == (7, 2)
@@ -506,12 +504,12 @@ def test_those_of_the_run_are_under_those_of_the_command_line(place: Path) -> No
     }
 
 
-def test_a_controller_is_the_same_by_whatever_name(place: Path) -> None:
+def test_controller_is_recognised_by_its_other_name(place: Path) -> None:
     other_name = "real_bench.controllers.real_d:RealD"
     assert planned(place, controller=other_name).settings == planned(place).settings
 
 
-def test_a_run_resumed_with_another_controller_is_told_so(place: Path) -> None:
+def test_resuming_with_another_controller_is_refused(place: Path) -> None:
     with pytest.raises(RecordingError, match=r"cannot be resumed.* controller"):
         resumed(place, controller="real_r").run(ignore, resume=True)
 
@@ -546,7 +544,7 @@ class Hiding(Settings):
         (Hiding, {"lam": 2}),
     ],
 )
-def test_settings_that_do_not_survive_being_kept_are_told_with_the_reason(
+def test_unserialisable_settings_are_refused_with_the_reason(
     kind: type[Settings], values: dict[str, Any]
 ) -> None:
     odd = type("Odd", (), {"Settings": kind})
@@ -557,7 +555,7 @@ def test_settings_that_do_not_survive_being_kept_are_told_with_the_reason(
     assert any(word in told for word in ("lam", "twice"))
 
 
-def test_settings_that_do_not_survive_being_kept_are_told_before_play(
+def test_unserialisable_settings_are_refused_before_play(
     play: Play, face: Face, tmp_path: Path
 ) -> None:
     path = tmp_path / "odd.py"
