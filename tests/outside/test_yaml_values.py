@@ -111,7 +111,7 @@ def test_value_has_the_expected_type(tmp_path: Path, place: str, text: str) -> N
 
 @pytest.mark.parametrize("text", REFUSED)
 @pytest.mark.parametrize("place", PLACES)
-def test_unreadable_value_is_refused_in_one_line(tmp_path: Path, place: str, text: str) -> None:
+def test_bad_value_is_refused_in_one_line(tmp_path: Path, place: str, text: str) -> None:
     with pytest.raises((ControllerError, ExperimentError, SceneError)) as caught:
         PLACES[place](tmp_path, text)
     told = str(caught.value)

@@ -83,7 +83,7 @@ def test_bad_name_or_number_is_reported_with_its_line(
         play(toy(f"logs:{controller}"), 1000)
 
 
-def test_own_log_attribute_of_a_controller_is_left_alone(play: Play) -> None:
+def test_own_log_method_of_a_controller_is_left_alone(play: Play) -> None:
     assert noted(play(toy("logs:OwnLog"), 1000)) == []
 
 
