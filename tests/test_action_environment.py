@@ -99,7 +99,7 @@ def test_bad_actions_are_refused(action: Any) -> None:
     env.close()
 
 
-def test_only_macros_are_whole_actions() -> None:
+def test_only_macro_conditions_are_accepted() -> None:
     with pytest.raises(RealBenchError, match="whole actions are for OM and IM, not OJ"):
         ActionEnv("OJ", scene="builtin")
 

@@ -128,7 +128,7 @@ def test_every_state_is_covered_once(positions: NDArray[np.float64]) -> None:
     assert covered.counts.sum() == near.sum() >= inside.sum()
 
 
-def test_the_share_visited_is_of_the_cells_in_a_region() -> None:
+def test_share_visited_counts_the_cells_of_a_region() -> None:
     low, high = (0.0, 0.0), (0.05, 0.1)  # 2 x 4 cells
     covered = analysis.coverage(np.array([[0.01, 0.01], [0.01, 0.02], [0.03, 0.09]]), low, high)
     assert covered.share_visited(low, high) == 2 / 8

@@ -99,7 +99,7 @@ def test_repeated_episode_is_the_same() -> None:
     env.close()
 
 
-def test_free_play_has_no_goal() -> None:
+def test_play_has_no_goal() -> None:
     env = real_bench.make_env(scene="builtin", condition="OM")
     observation, _ = env.reset()
     assert not observation["goal"].any()

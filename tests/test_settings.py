@@ -137,7 +137,7 @@ def leaves(tree: Mapping[str, Any], names: tuple[str, ...] = ()) -> Iterator[tup
 
 @settings(max_examples=75, deadline=None)
 @given(TREES, st.randoms(use_true_random=False))
-def test_whatever_can_be_in_a_file_can_be_assigned(tree: dict[str, Any], random: Any) -> None:
+def test_any_file_content_can_be_assigned(tree: dict[str, Any], random: Any) -> None:
     assignments = [f"{name}={json.dumps(value)}" for name, value in leaves(tree)]
     random.shuffle(assignments)
     assert read_settings(None, assignments) == tree

@@ -174,9 +174,7 @@ def test_curve_is_higher_where_its_value_is_higher(
 
 
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(-9, 9)), max_size=50), st.integers(1, 30))
-def test_bins_hold_the_mean_of_what_falls_into_them(
-    points: list[tuple[int, float]], n_bins: int
-) -> None:
+def test_bins_hold_the_mean_of_their_values(points: list[tuple[int, float]], n_bins: int) -> None:
     steps, values = [step for step, _ in points], [value for _, value in points]
     means = in_bins(steps, values, 1000, n_bins)
     assert means.shape == (n_bins,)

@@ -145,7 +145,7 @@ def test_goals_of_different_origin_are_refused(path):
     assert "goal 1 has another seed than goal 0" in refusal(changed(path, row=1, seed=8))
 
 
-def test_altered_poses_are_noticed(path):
+def test_altered_poses_are_detected(path):
     poses = np.load(path)["final_poses"][0]
     poses[0, 0] += 1e-9
     assert "goal 0 does not match its hash" in refusal(changed(path, final_poses=poses))

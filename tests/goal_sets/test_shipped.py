@@ -37,7 +37,7 @@ def test_set_matches_its_page(row: tuple[str, str, str, str, str]) -> None:
 
 
 @pytest.mark.parametrize("scene", ["mine", "../goals", "official/.."])
-def test_no_set_ships_for_another_scene(scene: str) -> None:
+def test_no_set_ships_for_other_scenes(scene: str) -> None:
     with pytest.raises(GoalSetError, match="no goal set ships for 1 object"):
         shipped_goal_set(1, scene)
     assert shipped_sizes(1, scene) == {}

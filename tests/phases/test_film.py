@@ -97,7 +97,7 @@ def test_ffmpeg_that_cannot_encode_is_reported_before_work_begins(
         face_goals("real_r", n_trials=1, videos=Path("films"))
 
 
-def test_failing_encoder_raises_a_clear_error(
+def test_missing_encoder_raises_a_clear_error(
     goals: GoalSet, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(film, "CODEC", "libx265-of-another-build")

@@ -179,7 +179,7 @@ def test_nothing_is_learned_while_the_arm_is_in_view() -> None:
     assert Remembered(noise(6)).live(curiosity(), np.ones(9)) == [1] * 4 + [9] * 2
 
 
-def test_first_candidate_is_taken_where_every_action_changes_something() -> None:
+def test_first_candidate_is_taken_if_every_action_changes_something() -> None:
     images, random = np.zeros((45, 240, 320, 3), np.uint8), np.random.default_rng(0)
     for image in images:
         row, column = random.integers(0, (180, 260))

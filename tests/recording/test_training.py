@@ -76,7 +76,7 @@ def test_actions_of_many_commands_are_padded(scene: Scene, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("image_size", [None, (40, 30)])
 @pytest.mark.parametrize("cached", [False, True])
-def test_a_shuffled_loader_with_workers_gives_every_triplet_once(
+def test_shuffled_loader_with_workers_gives_every_triplet_once(
     cut_run: Recording, tmp_path: Path, image_size: tuple[int, int] | None, cached: bool
 ) -> None:
     from torch.utils.data import DataLoader

@@ -49,7 +49,7 @@ def scores(result: Result) -> dict[str, Any]:
         ("tests.sandbox.controllers:Glances", "OM", 3000),
     ],
 )
-def test_free_play_is_the_same(
+def test_play_is_the_same(
     play: Play, isolated: SandboxBackend, controller: str, condition: str, steps: int
 ) -> None:
     here = play(controller, steps, condition=condition, out="here.h5")

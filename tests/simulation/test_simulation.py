@@ -59,7 +59,7 @@ def test_looking_changes_nothing(builtin_scene: Scene) -> None:
     ("position", "falls"),
     [((0.0, 0.9, 0.3), True), ((0.2, 0.8, 0.2), True), ((-0.1, 0.1, 0.4), False)],
 )
-def test_what_falls_off_the_table_is_put_back(
+def test_objects_that_fall_off_the_table_are_put_back(
     builtin_scene: Scene, position: tuple[float, float, float], falls: bool
 ) -> None:
     poses = np.array([[*position, 0, 0, 0, 1.0]])
