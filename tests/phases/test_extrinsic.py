@@ -237,7 +237,7 @@ def test_killed_test_can_be_resumed_and_leaves_no_process(
     process.wait()
     assert len(workers) >= 2
     wait_until(lambda: not any(map(is_alive, workers)))
-    check_that_it_goes_on(goals_path, uninterrupted, tmp_path)
+    check_that_it_resumes(goals_path, uninterrupted, tmp_path)
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -256,7 +256,7 @@ def test_stopped_test_says_how_to_resume(
     controller, message = message.splitlines()
     assert controller.startswith("controller: class Waits of ")
     assert "--resume" in message
-    check_that_it_goes_on(goals_path, uninterrupted, tmp_path)
+    check_that_it_resumes(goals_path, uninterrupted, tmp_path)
 
 
 @LINUX
@@ -276,7 +276,7 @@ def test_a_test_can_be_stopped_while_its_workers_start(goals_path: Path, tmp_pat
     assert "--resume" in message
 
 
-def check_that_it_goes_on(goals_path: Path, uninterrupted: Path, folder: Path) -> None:
+def check_that_it_resumes(goals_path: Path, uninterrupted: Path, folder: Path) -> None:
     assert 0 < n_tested(folder / "score.json") < len(load_goal_set(goals_path))
     (folder / "go").touch()
     again = run(command(goals_path, jobs=1), folder)

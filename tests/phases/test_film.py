@@ -49,14 +49,14 @@ def check_film(path: Path, goal: np.ndarray) -> None:
     assert np.abs(frames[0].astype(float) - frames[-1]).max() > 50  # something moved
 
 
-def may_not_write_beyond_20_kb() -> None:
+def limit_files_to_20_kb() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
 
 def test_unwritable_film_gives_a_one_line_error(goals_path: Path, tmp_path: Path) -> None:
     test = ("extrinsic", "--controller", "real_r", "--condition", "OM", "--scene", SCENE)
     command = realbench(*test, "--goals", goals_path, "--video", "films", eager=True)
-    process = start(command, tmp_path, may_not_write_beyond_20_kb)
+    process = start(command, tmp_path, limit_files_to_20_kb)
     _, message = process.communicate()
     assert process.returncode == 1
     fault = after_first_line(message)

@@ -44,7 +44,7 @@ def test_repeatedly_killed_run_misses_nothing(play: Play, tmp_path: Path) -> Non
         wait_for(process, lambda begun=begun: recorded_steps(out) > begun)
         kill_after(process, moments.uniform(0, 0.2))
         ends.add(recorded_steps(out))
-    whole, finished = go_on_for(1500, play)
+    whole, finished = resume_for(1500, play)
     assert "cut at" in finished.stdout
     with Recording(out) as recording, Recording(whole) as uninterrupted:
         assert ends <= set(recording.cuts)
@@ -59,7 +59,7 @@ def kill_after(process: subprocess.Popen[str], seconds: float) -> None:
     process.communicate()
 
 
-def go_on_for(steps: int, play: Play) -> tuple[Path, subprocess.CompletedProcess[str]]:
+def resume_for(steps: int, play: Play) -> tuple[Path, subprocess.CompletedProcess[str]]:
     """Resume the run, end it, and compare it with one that was never interrupted."""
     steps += recorded_steps(Path("run.h5"))
     finished = run([*ENDLESS, "--steps", str(steps)], Path.cwd())
@@ -81,7 +81,7 @@ def test_stopped_run_says_how_to_resume(play: Play, number: signal.Signals) -> N
     assert controller.startswith("controller: class ")
     assert "stopped at step" in message
     assert "--resume" in message
-    go_on_for(1500, play)
+    resume_for(1500, play)
 
 
 def test_pressing_ctrl_c_twice_loses_no_action(play: Play, tmp_path: Path) -> None:

@@ -121,7 +121,7 @@ def garble_the_versions(file: h5py.File) -> None:
     file.attrs["versions"] = "{"
 
 
-def use_a_condition_that_is_none(file: h5py.File) -> None:
+def use_an_unknown_condition(file: h5py.File) -> None:
     file.attrs["condition"] = "XY"
 
 
@@ -146,7 +146,7 @@ def test_inconsistent_rows_are_refused(
 
 
 def test_unknown_condition_is_refused_naming_the_file(cut_path: Path, tmp_path: Path) -> None:
-    refusal(altered(cut_path, tmp_path, use_a_condition_that_is_none))
+    refusal(altered(cut_path, tmp_path, use_an_unknown_condition))
 
 
 @pytest.mark.parametrize("attribute", ["format", "schema_version"])
