@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
@@ -56,9 +57,7 @@ class PairDistances:
     @property
     def spearman(self) -> float:
         """Spearman's rank correlation; NaN if one of the two never varies."""
-        from scipy.stats import rankdata
-
-        return _correlation(rankdata(self.latent), rankdata(self.real))
+        return _correlation(scipy.stats.rankdata(self.latent), scipy.stats.rankdata(self.real))
 
     @property
     def pearson(self) -> float:

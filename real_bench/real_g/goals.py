@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class OwnGoals:
     def draw(self, random: np.random.Generator) -> Array:
         """A place, (2,); anywhere while no object has been seen."""
         around = np.ones((2 * self._beyond + 1,) * 2, bool)
-        reachable = binary_dilation(self._been, around) if self._been.any() else None
+        reachable = scipy.ndimage.binary_dilation(self._been, around) if self._been.any() else None
         cells = np.argwhere(np.ones_like(self._been) if reachable is None else reachable)
         interest = np.array([self.interest(int(x), int(y)) for x, y in cells])
         cell = cells[random.choice(len(cells), p=interest / interest.sum())]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 Array = NDArray[np.float64]
 
@@ -56,7 +56,7 @@ class Ground:
             nothing = self._depth > FARTHEST
             if nothing.all():
                 nothing[:] = False
-            rows, columns = distance_transform_edt(
+            rows, columns = scipy.ndimage.distance_transform_edt(
                 nothing, return_distances=False, return_indices=True
             )
             self._filled = np.minimum(self._depth, FARTHEST)[rows, columns]

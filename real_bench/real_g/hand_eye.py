@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize
 
 from real_bench.errors import RealBenchError
 
@@ -233,7 +233,7 @@ class _Problem:
 
     def solved(self, start: Array, iterations: int) -> tuple[float, Array]:
         """The least cost reached from a start, and its parameters."""
-        found = minimize(
+        found = scipy.optimize.minimize(
             self.cost,
             start,
             jac=True,

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from real_bench.real_g.blobs import N_COLOURS, Blob
 
@@ -74,7 +74,7 @@ class Looks:
         found: list[Blob | None] = [None] * len(self)
         if large:
             misfits = _misfits(np.array([blob.colours for blob in large]), self.likelihoods)
-            for thing, blob in zip(*linear_sum_assignment(misfits.T), strict=True):
+            for thing, blob in zip(*scipy.optimize.linear_sum_assignment(misfits.T), strict=True):
                 found[int(thing)] = large[int(blob)]
         return found
 
@@ -105,7 +105,7 @@ def _misfits(colours: Array, looks: Array) -> Array:
 
 def _sorted(misfits: Array) -> NDArray[np.intp]:
     """For each look the row that it fits, one to one."""
-    rows, columns = linear_sum_assignment(misfits)
+    rows, columns = scipy.optimize.linear_sum_assignment(misfits)
     order = np.empty(len(rows), np.intp)
     order[columns] = rows
     return order

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 FINEST = 1e-8
 """Smallest divisor of states, as a share of the largest state, to keep rounding small."""
@@ -35,7 +35,7 @@ class Neighbours:
         self._nodes = nodes if (thresholds > 0).all() else nodes[:0]
         finest = FINEST * np.abs(states).max(initial=0.0)
         self._scale = np.maximum(thresholds, finest or 1.0)
-        self._tree = KDTree(states[self._nodes] / self._scale)
+        self._tree = scipy.spatial.KDTree(states[self._nodes] / self._scale)
 
     def of(self, state: NDArray[np.float64]) -> NDArray[np.int64]:
         """The nodes whose state is the same as a (V,) state, in any order."""

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from PIL import Image
-from scipy.ndimage import gaussian_filter
 
 from real_bench.errors import RealBenchError
 from real_bench.real_x.triplets import Triplets
@@ -131,7 +131,7 @@ class BlurredImages(_Unlearned):
         cells = np.asarray(small, np.float64)
         if self._blur > 0:  # the kernel covers the image, so that every cell is affected
             reach = max(self._width, self._height)
-            cells = gaussian_filter(cells, self._blur, mode="nearest", radius=reach)
+            cells = scipy.ndimage.gaussian_filter(cells, self._blur, mode="nearest", radius=reach)
         return np.ravel(cells)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 CONFIDENCE = 0.95
@@ -97,8 +98,6 @@ def plays_interval(
         None for too few plays, fewer than two goals, or if a value is NaN. It is not below 0
         unless a value is.
     """
-    from scipy.stats import t
-
     numbers = np.asarray(values, np.float64)
     n_plays, n_goals = numbers.shape
     if n_plays < max(2, least_plays) or n_goals < 2 or np.isnan(numbers).any():
@@ -114,7 +113,9 @@ def plays_interval(
         return Interval(mean, mean, OVER_PLAYS_AND_GOALS)
     freedom = whole**2 / (of_plays**2 / (n_plays - 1) + (parts[:, 0] ** 2 / parts[:, 2]).sum())
     twice = of_both * (n_plays - 2) / (n_plays - 1)
-    half = float(t.ppf((1 + CONFIDENCE) / 2, freedom) * np.sqrt(max(whole - twice, of_goals)))
+    half = float(
+        scipy.stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * np.sqrt(max(whole - twice, of_goals))
+    )
     low = max(mean - half, 0.0) if (numbers >= 0).all() else mean - half
     return Interval(low, mean + half, OVER_PLAYS_AND_GOALS)
 
@@ -147,9 +148,7 @@ def standard_error(values: ArrayLike) -> float | None:
 
 def interquartile_mean(values: ArrayLike) -> float:
     """The mean of the middle half of all values: extremes do not count."""
-    from scipy.stats import trim_mean
-
-    return float(trim_mean(np.asarray(values, np.float64), 0.25, axis=None))
+    return float(scipy.stats.trim_mean(np.asarray(values, np.float64), 0.25, axis=None))
 
 
 def bootstrap_interval(
@@ -166,12 +165,10 @@ def bootstrap_interval(
         seed: of the resampling, part of the result.
         resamples: how many.
     """
-    from scipy.stats import bootstrap
-
     if all((sample == sample[0]).all() for sample in samples):  # nothing to resample
         value = float(statistic(*samples, axis=-1))
         return Interval(value, value, OVER_GOALS)
-    found = bootstrap(
+    found = scipy.stats.bootstrap(
         samples,
         statistic,
         n_resamples=resamples,
