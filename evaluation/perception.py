@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.goal_sets import GoalSet, load_goal_set
-from real_bench.real_g import deed_of
+from real_bench.real_g import primitive_of
 from real_bench.real_g.image_objects import ImageObjects
 from real_bench.real_x.home import is_home
 from real_bench.recording import Experience, Recording
@@ -54,7 +54,7 @@ def main() -> None:
     experience = Experience(given.run, condition)
     goals = load_goal_set(given.goals)
     objects = fresh(task, poses, with_depth=not given.no_depth)
-    deed, home = deed_of(task.action_space), is_home(joints)
+    primitive, home = primitive_of(task.action_space), is_home(joints)
     seconds, moment = 0.0, 0
 
     def look(image: NDArray[np.uint8]) -> Array:
@@ -62,9 +62,9 @@ def main() -> None:
         began = time.process_time()
         objects.see(image if home[moment] else None)
         if moment < len(experience):
-            numbers = deed.numbers(experience.action(moment))
-            if numbers is not None:
-                objects.act(deed.path(numbers))
+            parameters = primitive.parameters(experience.action(moment))
+            if parameters is not None:
+                objects.act(primitive.path(parameters))
         seconds += time.process_time() - began
         moment += 1
         if moment in given.after or moment == experience.n_states:
@@ -77,9 +77,9 @@ def main() -> None:
 
 def fresh(task: Task, poses: Array, *, with_depth: bool) -> ImageObjects:
     """A perception with the ground that depth images of some moments show."""
-    deed = deed_of(task.action_space)
-    ends = list(deed.end)
-    objects = ImageObjects(deed.low[ends], deed.high[ends])
+    primitive = primitive_of(task.action_space)
+    ends = list(primitive.end)
+    objects = ImageObjects(primitive.low[ends], primitive.high[ends])
     if with_depth:
         for number in np.linspace(0, len(poses) - 1, DEPTHS).astype(int):
             task.begin(object_poses=poses[number])
