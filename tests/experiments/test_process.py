@@ -21,7 +21,7 @@ def a_play(write_spec: WriteSpec, controller: str = "real_r", steps: int = 3000)
     cell = {"controller": controller, "condition": "OM", "name": "cell"}
     spec = read_spec(write_spec(cells=[cell], steps=steps))
     spec.results_folder.mkdir()
-    return ExperimentPlan(spec).left().plays[0]
+    return ExperimentPlan(spec).pending().plays[0]
 
 
 def test_a_task_is_the_same_after_its_journey(write_spec: WriteSpec) -> None:
