@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from real_bench.conditions import Condition, ConditionError
 from real_bench.recording import Header, package_versions
-from real_bench.recording.header import RESUMED_ALIKE
+from real_bench.recording.header import FIELDS_TO_RESUME
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
 SHA256 = st.text("0123456789abcdef", min_size=64, max_size=64)
@@ -64,10 +64,10 @@ def test_a_header_refuses_what_cannot_be(header: Header, field: str, value: obje
 def test_differences_name_just_the_fields_that_decide(one: Header, other: Header) -> None:
     named = {difference.partition(":")[0] for difference in one.differences(other)}
     assert named - {"controller"} == {
-        field for field in RESUMED_ALIKE if getattr(one, field) != getattr(other, field)
+        field for field in FIELDS_TO_RESUME if getattr(one, field) != getattr(other, field)
     }
     maker = (other.controller_source, other.controller_sha256, other.controller_class)
-    assert ("controller" in named) != one.is_of(*maker)
+    assert ("controller" in named) != one.was_made_by(*maker)
     assert one.differences(one) == []
 
 
@@ -86,7 +86,7 @@ def test_a_run_knows_its_maker(
     header: Header, controller: str, source: str, class_name: str, own: bool
 ) -> None:
     made = header.model_copy(update={"controller_sha256": "7" * 64})
-    assert made.is_of(controller, source, class_name) == own
+    assert made.was_made_by(controller, source, class_name) == own
 
 
 @pytest.mark.parametrize(
@@ -104,19 +104,19 @@ def test_a_test_may_know_no_more_than_the_run(
     header: Header, recorded: str, tested: str, fits: bool
 ) -> None:
     run = header.model_copy(update={"condition": recorded})
-    assert (run.misfits(Condition.parse(tested), 2, run.scene_sha256) == []) == fits
+    assert (run.mismatches(Condition.parse(tested), 2, run.scene_sha256) == []) == fits
 
 
 def test_a_test_with_other_objects_or_scene_does_not_fit(header: Header) -> None:
     condition = Condition.parse("OM")
-    assert "not 3" in header.misfits(condition, 3, header.scene_sha256)[0]
-    assert "another scene" in header.misfits(condition, 2, "0" * 64)[0]
+    assert "not 3" in header.mismatches(condition, 3, header.scene_sha256)[0]
+    assert "another scene" in header.mismatches(condition, 2, "0" * 64)[0]
 
 
 def test_a_test_does_not_learn_from_an_earlier_version_of_its_control(header: Header) -> None:
     run = header.model_copy(update={"control_version": 1})
     told = "its macro-actions have version 1, this realbench has 2"
-    assert told in run.misfits(Condition.parse("OM"), 2, header.scene_sha256)[0]
+    assert told in run.mismatches(Condition.parse("OM"), 2, header.scene_sha256)[0]
     assert run.differences(header) == ["control_version: 1, not 2"]
 
 
