@@ -20,11 +20,11 @@ from real_bench.real_g.relation import Relation, rotate
 
 Array = NDArray[np.float64]
 
-FARTHEST, NEAREST = 0.5, 0.005
+MAX_SCALE, MIN_SCALE = 0.5, 0.005
 """How near to an object random actions begin, in shares of a range."""
 
 MAX_VARIATION = 0.1
-"""Remembered actions are varied by shares of a parameter's range from ``NEAREST`` to this."""
+"""Remembered actions are varied by shares of a parameter's range from ``MIN_SCALE`` to this."""
 
 N_REDRAWN = 0.5
 """On average, this many parameters of a remembered action are drawn anew from their whole range."""
@@ -295,6 +295,6 @@ def sample_near_object(
     return np.clip(parameters, primitive.low, primitive.high)
 
 
-def sample_scales(n: int, random: np.random.Generator, farthest: float = FARTHEST) -> Array:
+def sample_scales(n: int, random: np.random.Generator, farthest: float = MAX_SCALE) -> Array:
     """N shares of a range, each order of magnitude as likely."""
-    return np.asarray(np.exp(random.uniform(np.log(NEAREST), np.log(farthest), n)))
+    return np.asarray(np.exp(random.uniform(np.log(MIN_SCALE), np.log(farthest), n)))
