@@ -47,7 +47,7 @@ def table(file: Path) -> Table:
     relation = Relation(hand)
     way = relation.displacement(parameters)
     moved = np.linalg.norm(after[:, :3] - before[:, :3], axis=1) > MOVED_M
-    far = np.linalg.norm(way, axis=1) > FAR_M
+    is_far = np.linalg.norm(way, axis=1) > FAR_M
     to = before[:, :2] + way
     followed = np.linalg.norm(after[:, :2] - to, axis=1) < FOLLOWED_M
     _, _, _, _, height, *_, rise = parameters[:, :10].T
@@ -59,12 +59,12 @@ def table(file: Path) -> Table:
         found.add_column(heading, justify="right")
     for start in range(0, len(parameters), PERIOD):
         now = slice(start, start + PERIOD)
-        n_far = far[now].sum()
+        n_far = is_far[now].sum()
         found.add_row(
             f"{start:,} to {min(start + PERIOD, len(parameters)):,}",
             f"{moved[now].mean():.2f}",
-            f"{(followed & far)[now].sum() / n_far:.2f}",
-            f"{(followed & far & rose)[now].sum() / n_far:.2f}",
+            f"{(followed & is_far)[now].sum() / n_far:.2f}",
+            f"{(followed & is_far & rose)[now].sum() / n_far:.2f}",
             f"{arrived[now].sum()} of {wanted[now].sum()}",
         )
     found.caption = f"onto the shelf, all in all: {arrived.sum()} of {wanted.sum()}"

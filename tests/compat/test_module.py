@@ -164,9 +164,9 @@ def test_unknown_keys_mean_nothing_and_are_told_once(caplog: pytest.LogCaptureFi
     actions = OfficialActions("mine.py", JointControl())
     plain = {"joint_command": None, "render": True}
     with caplog.at_level(logging.WARNING):
-        assert actions.known(plain) is plain
+        assert actions.drop_unknown_keys(plain) is plain
         for _ in range(3):
-            assert actions.known({**plain, "speed": 2, 7: None}) == plain
+            assert actions.drop_unknown_keys({**plain, "speed": 2, 7: None}) == plain
     assert len(caplog.records) == 1
     assert "'speed'" in caplog.text
     assert "mine.py" in caplog.text
@@ -174,4 +174,4 @@ def test_unknown_keys_mean_nothing_and_are_told_once(caplog: pytest.LogCaptureFi
 
 @pytest.mark.parametrize("strange", [None, [1, 2], "left", 3.0])
 def test_what_is_no_dict_is_left_for_the_control_to_refuse(strange: object) -> None:
-    assert OfficialActions("mine.py", JointControl()).known(strange) is strange
+    assert OfficialActions("mine.py", JointControl()).drop_unknown_keys(strange) is strange
