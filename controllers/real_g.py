@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from real_bench.real_g import (
+    ImagePerception,
     Perception,
     PlannerSettings,
     PlaySettings,
+    PosePerception,
     RealG,
-    SeenImages,
-    SeenPoses,
-    deed_of,
+    primitive_of,
 )
 from real_bench.settings import Settings
 
@@ -40,7 +40,7 @@ class RealGSeen(RealG):
 
 def _perception(action_space: Any, observation_space: Any) -> Perception:
     if "object_positions" in observation_space.spaces:
-        return SeenPoses()
-    deed = deed_of(action_space)
-    ends = list(deed.end)
-    return SeenImages(deed.low[ends], deed.high[ends])
+        return PosePerception()
+    primitive = primitive_of(action_space)
+    ends = list(primitive.end)
+    return ImagePerception(primitive.low[ends], primitive.high[ends])

@@ -37,17 +37,17 @@ NOT_PROVED = (
 Place = tuple[Any, ...]
 
 
-class RemembersTrials(TrialReplayer):
+class CachingReplayer(TrialReplayer):
     """Replays a trial that it has seen no second time."""
 
-    seen: ClassVar[dict[str, TrialCheck]] = {}
+    cache: ClassVar[dict[str, TrialCheck]] = {}
 
     def check(self, trial: TrialResult) -> TrialCheck:
         """What came of replaying this very trial."""
         key = trial.model_dump_json()
-        if key not in self.seen:
-            self.seen[key] = super().check(trial)
-        return self.seen[key]
+        if key not in self.cache:
+            self.cache[key] = super().check(trial)
+        return self.cache[key]
 
 
 def leaves(content: Any, place: Place = ()) -> Iterator[Place]:
@@ -106,7 +106,7 @@ def fate_when_verified(path: Path, goals: Path | None) -> str:
 def main(result: Path, goals: Path | None, number: int, seed: int, whole: bool) -> None:
     """Print how many of the alterations were found, and how."""
     if not whole:
-        results.TrialReplayer = RemembersTrials  # type: ignore[attr-defined]
+        results.TrialReplayer = CachingReplayer  # type: ignore[attr-defined]
     honest, random = json.loads(result.read_text()), np.random.default_rng(seed)
     print(f"{result} as it is: {fate_when_verified(result, goals)}", flush=True)
     everywhere = list(leaves(honest))
@@ -130,8 +130,8 @@ def main(result: Path, goals: Path | None, number: int, seed: int, whole: bool) 
             fates[found] += 1
             if found == "PASSED":
                 print("passed:", places[k], flush=True)
-        told = ", ".join(f"{n} {name}" for name, n in fates.items())
-        print(f"{number} alterations, {how}, of {len(places)} fields: {told}", flush=True)
+        summary = ", ".join(f"{n} {name}" for name, n in fates.items())
+        print(f"{number} alterations, {how}, of {len(places)} fields: {summary}", flush=True)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.recording import Recording
 from real_bench.simulation import load_scene
 
-IMAGES_OF_A_RUN = 15_001
+IMAGES_PER_RUN = 15_001
 SMALL = (80, 60)
 BATCH, WORKERS = 32, 2
 WIDTH = 100
@@ -58,7 +58,7 @@ def recording_of(path: Path | None, n_actions: int) -> Iterator[Path]:
         yield out
 
 
-def seconds_each(function: Callable[[int], Any], numbers: Any) -> float:
+def mean_seconds(function: Callable[[int], Any], numbers: Any) -> float:
     """What a call takes on average."""
     began = time.perf_counter()
     for number in numbers:
@@ -78,21 +78,21 @@ def measure(path: Path, seed: int) -> Rates:
     with Recording(path) as recording, h5py.File(path) as file:
         n_states, n_triplets = recording.n_states, len(recording)
         numbers = random.integers(0, n_states, 200)
-        rates["random image"] = seconds_each(lambda i: recording.images(i, 1), numbers)
-        rates["random image, bare h5py"] = seconds_each(lambda i: file["images"][i], numbers)
-        rates["random image, file opened again"] = seconds_each(reopened, numbers[:30])
-        rates["random triplet"] = seconds_each(
+        rates["random image"] = mean_seconds(lambda i: recording.images(i, 1), numbers)
+        rates["random image, bare h5py"] = mean_seconds(lambda i: file["images"][i], numbers)
+        rates["random image, file opened again"] = mean_seconds(reopened, numbers[:30])
+        rates["random triplet"] = mean_seconds(
             recording.__getitem__, random.integers(0, n_triplets, 200)
         )
-        rates["all images"] = seconds_each(lambda _: recording.images(), [0]) / n_states
-        rates["all images, bare h5py"] = seconds_each(lambda _: file["images"][:], [0]) / n_states
+        rates["all images"] = mean_seconds(lambda _: recording.images(), [0]) / n_states
+        rates["all images, bare h5py"] = mean_seconds(lambda _: file["images"][:], [0]) / n_states
         with tempfile.TemporaryDirectory() as cache:
             for name, dataset in (
                 ("loader", recording.torch_dataset()),
                 ("loader, cached 80 x 60", recording.torch_dataset(image_size=SMALL, cache=cache)),
             ):
                 some = random.integers(0, n_triplets, 200)
-                rates[f"{name}, one process"] = seconds_each(dataset.__getitem__, some)
+                rates[f"{name}, one process"] = mean_seconds(dataset.__getitem__, some)
                 rates[f"{name}, two workers"] = loaded(dataset)
     return rates
 
@@ -127,9 +127,9 @@ def table_of(rounds: list[Rates]) -> Table:
         table.add_row(name, here, "4 ms", "a bare h5py read", ratio(name, bare))
     table.add_row("", "", "", f"opening again: {1000 * middle[again]:.1f} ms",
                   ratio("random image", again))  # fmt: skip
-    whole = IMAGES_OF_A_RUN * middle["all images"]
+    whole = IMAGES_PER_RUN * middle["all images"]
     bare = "all images, bare h5py"
-    table.add_row(f"all images, for {IMAGES_OF_A_RUN:,}", f"{whole:.1f} s", "10 s",
+    table.add_row(f"all images, for {IMAGES_PER_RUN:,}", f"{whole:.1f} s", "10 s",
                   "a bare h5py read", ratio("all images", bare))  # fmt: skip
     for name, aim in (("loader", "500 /s"), ("loader, cached 80 x 60", "-")):
         one, two = f"{name}, one process", f"{name}, two workers"

@@ -122,13 +122,13 @@ def test(folder: Path, kills: int, moments: random.Random) -> Count:
 
 def table(folder: Path, kills: int, moments: random.Random) -> Count:
     """Kill tables; every number must be that of one not killed."""
-    whole, count = printed(folder, "whole"), Count("table", "results")
+    whole, count = read_table(folder, "whole"), Count("table", "results")
     while count.kills < kills:
         name = f"killed-{count.kills}"
         command = [REALBENCH, "table", write_spec(folder, name)]
         asked = min(5, kills - count.kills)
         count.kill(command, asked, lambda: moments.uniform(1, 10))
-        for a, b in zip(whole, printed(folder, name), strict=True):
+        for a, b in zip(whole, read_table(folder, name), strict=True):
             count.lost += len(a["files"]) - len(b["files"])
             count.twice += len(b["files"]) - len(set(b["files"]))
             count.other += a != b
@@ -142,7 +142,7 @@ def write_spec(folder: Path, name: str) -> str:
     return str(path)
 
 
-def printed(folder: Path, name: str) -> list[dict[str, Any]]:
+def read_table(folder: Path, name: str) -> list[dict[str, Any]]:
     """The table's rows, made where they are not yet."""
     command = [REALBENCH, "table", write_spec(folder, name), "--json"]
     done = subprocess.run(command, check=True, capture_output=True)
@@ -167,8 +167,8 @@ def main(kills: int, seed: int) -> None:
     for heading in ("phase", "kills", "runs begun", "of", "lost", "counted twice", "other"):
         shown.add_column(heading)
     for count in counts:
-        told = (count.kills, count.begun, count.things, count.lost, count.twice, count.other)
-        shown.add_row(count.phase, *map(str, told))
+        totals = (count.kills, count.begun, count.things, count.lost, count.twice, count.other)
+        shown.add_row(count.phase, *map(str, totals))
     Console(width=110).print(shown)
     sys.exit(any(count.lost or count.twice or count.other for count in counts))
 

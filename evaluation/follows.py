@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from real_bench.conditions import Condition
-from real_bench.real_g.hand import Hand, deed_of
+from real_bench.real_g.hand import Hand, primitive_of
 from real_bench.real_g.relation import Relation
 from real_bench.recording import MOVED_M, Experience, Recording
 from real_bench.simulation import load_scene
@@ -43,28 +43,28 @@ def main(files: tuple[Path, ...]) -> None:
 
 def table(file: Path) -> Table:
     """A row for each 500 actions."""
-    numbers, before, after, hand = read(file)
+    parameters, before, after, hand = read(file)
     relation = Relation(hand)
-    way = relation.way(numbers)
+    way = relation.displacement(parameters)
     moved = np.linalg.norm(after[:, :3] - before[:, :3], axis=1) > MOVED_M
-    far = np.linalg.norm(way, axis=1) > FAR_M
+    is_far = np.linalg.norm(way, axis=1) > FAR_M
     to = before[:, :2] + way
     followed = np.linalg.norm(after[:, :2] - to, axis=1) < FOLLOWED_M
-    _, _, _, _, height, *_, rise = numbers[:, :10].T
+    _, _, _, _, height, *_, rise = parameters[:, :10].T
     rose = rise * (hand.high[4] - height) > ROSE_M
     wanted = (to[:, 0] > SHELF_X_M) & (before[:, 2] < SHELF_Z_M)
     arrived = wanted & (after[:, 2] > SHELF_Z_M) & (after[:, 2] < 0.6) & (after[:, 0] < 0.3)
     found = Table(title=file.name)
     for heading in ("actions", "moved", "followed", "carried", "onto the shelf"):
         found.add_column(heading, justify="right")
-    for start in range(0, len(numbers), PERIOD):
+    for start in range(0, len(parameters), PERIOD):
         now = slice(start, start + PERIOD)
-        n_far = far[now].sum()
+        n_far = is_far[now].sum()
         found.add_row(
-            f"{start:,} to {min(start + PERIOD, len(numbers)):,}",
+            f"{start:,} to {min(start + PERIOD, len(parameters)):,}",
             f"{moved[now].mean():.2f}",
-            f"{(followed & far)[now].sum() / n_far:.2f}",
-            f"{(followed & far & rose)[now].sum() / n_far:.2f}",
+            f"{(followed & is_far)[now].sum() / n_far:.2f}",
+            f"{(followed & is_far & rose)[now].sum() / n_far:.2f}",
             f"{arrived[now].sum()} of {wanted[now].sum()}",
         )
     found.caption = f"onto the shelf, all in all: {arrived.sum()} of {wanted.sum()}"
@@ -77,13 +77,13 @@ def read(file: Path) -> tuple[Array, Array, Array, Hand]:
         header = recording.header
         poses, rows = recording.object_poses[:, 0], recording.transitions
     condition = Condition.parse(header.condition)
-    hand = deed_of(action_space(load_scene(header.scene_source), condition))
+    hand = primitive_of(action_space(load_scene(header.scene_source), condition))
     if not isinstance(hand, Hand):
         raise click.UsageError(f"{file}: nothing is carried in {condition.name}")
     experience = Experience(file, Condition("I", condition.control))
-    numbers = [hand.numbers(experience.action(number)) for number in range(len(experience))]
-    known = [number is not None for number in numbers]
-    given = np.array([number for number in numbers if number is not None])
+    parameters = [hand.parameters(experience.action(number)) for number in range(len(experience))]
+    known = [number is not None for number in parameters]
+    given = np.array([number for number in parameters if number is not None])
     rows = rows[: len(experience)][known]
     return given, poses[rows["precondition"]], poses[rows["outcome"]], hand
 

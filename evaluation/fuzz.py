@@ -36,7 +36,7 @@ from real_bench.simulation.scene import manifest_path, read_manifest
 from real_bench.watching import read_status
 
 REALBENCH = str(Path(sys.executable).with_name("realbench"))
-MEMORY, SECONDS, FILES_A_PROCESS = 4 << 30, 20, 200
+MEMORY, SECONDS, FILES_PER_PROCESS = 4 << 30, 20, 200
 SPEC = (
     "cells: [{controller: real_r, condition: OM, published: {mean: 0.1}}]\ngoals: {a: {seed: 3}}\n"
 )
@@ -87,7 +87,7 @@ def examples(folder: Path) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in READERS}
 
 
-def broken(content: bytes, generator: random.Random) -> bytes:
+def corrupt(content: bytes, generator: random.Random) -> bytes:
     """The same with a few things wrong."""
     data = bytearray(content)
     for _ in range(generator.choice((1, 1, 2, 4, 16))):
@@ -117,22 +117,22 @@ def broken(content: bytes, generator: random.Random) -> bytes:
 def read_many(folder: Path, contents: dict[str, bytes], seed: int, until: float) -> None:
     """Read broken files; says of each what came of it. Runs in a process of its own."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    generator, told = random.Random(seed), (folder / "told").open("w", buffering=1)
-    for _ in range(FILES_A_PROCESS):
+    generator, log = random.Random(seed), (folder / "told").open("w", buffering=1)
+    for _ in range(FILES_PER_PROCESS):
         if time.monotonic() > until:
             break
         name = generator.choice(list(READERS))
         path = folder / name
-        path.write_bytes(broken(contents[name], generator))
-        told.write(f"{name} ")
+        path.write_bytes(corrupt(contents[name], generator))
+        log.write(f"{name} ")
         signal.alarm(SECONDS)  # whoever does not answer in time is ended by it
         try:
             READERS[name](path)
-            told.write("read\n")
+            log.write("read\n")
         except RealBenchError:
-            told.write("refused\n")
+            log.write("refused\n")
         except BaseException as error:
-            told.write(f"{type(error).__name__}: {' '.join(str(error).split())[:200]}\n")
+            log.write(f"{type(error).__name__}: {' '.join(str(error).split())[:200]}\n")
             keep(path)
         signal.alarm(0)
 

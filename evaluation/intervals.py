@@ -28,7 +28,7 @@ from real_bench.scoring.metric import SCORE
 from real_bench.scoring.repeats import by_goal
 from real_bench.scoring.result import load_result
 from real_bench.scoring.statistics import (
-    LEAST_PLAYS,
+    MIN_PLAYS,
     OVER_GOALS,
     OVER_PLAYS_AND_GOALS,
     Floats,
@@ -42,7 +42,7 @@ COUNTS = np.array(list(OFFICIAL_COUNTS.values()))
 SETS = (1, 4)
 PLAYS = (2, 3, 5, 10)
 SPREADS = (0.0, 0.05, 0.1, 0.2)
-LARGEST_SHARE = 0.98
+MAX_SHARE = 0.98
 MANY = 20_000
 
 
@@ -73,7 +73,7 @@ class Scores:
         sharp = means * (1 - means) / spreads**2 - 1
         goals = random.beta(means * sharp, (1 - means) * sharp, (shape[0], 1, len(means)))
         plays = np.exp(random.normal(-(spread**2) / 2, spread, (*shape, 1)))
-        share = np.clip(goals * plays, 1e-6, LARGEST_SHARE)
+        share = np.clip(goals * plays, 1e-6, MAX_SHARE)
         scores: Floats = random.beta(share * around, (1 - share) * around)
         return scores
 
@@ -91,7 +91,7 @@ def coverage(scores: Scores, n_plays: int, n_sets: int, spread: float, n_tests: 
     classes = np.repeat(list(OFFICIAL_COUNTS), n_sets * COUNTS).tolist()
     held = 0
     for values in scores.draw((n_tests, n_plays), n_sets, spread, random):
-        found = plays_interval(values, classes, least_plays=2)
+        found = plays_interval(values, classes, min_plays=2)
         held += found is not None and found.low <= truth <= found.high
     return held / n_tests
 
@@ -116,7 +116,7 @@ def play_spreads() -> Iterator[tuple[str, int, int, float]]:
     """
     spec = read_spec(SPEC)
     for row in rows_of(spec, ExperimentPlan(spec)):
-        if len(row.seeds) >= LEAST_PLAYS:
+        if len(row.seeds) >= MIN_PLAYS:
             values = by_goal([load_result(file) for file in row.files]).values(SCORE)
             n_plays, n_goals = values.shape
             rest = values - values.mean(axis=0) - values.mean(axis=1, keepdims=True) + values.mean()
@@ -141,7 +141,7 @@ def main(tests: int) -> None:
                 shares = (coverage(scores, n, n_sets, spread, tests) for n in PLAYS)
                 held.add_row(scores.name, goals, f"{spread:.0%}", *(f"{s:.1%}" for s in shares))
             alone.add_row(scores.name, goals, f"{coverage_of_one(scores, n_sets, tests // 4):.1%}")
-    console.print(held, f"With fewer than {LEAST_PLAYS} plays the table shows none.", alone)
+    console.print(held, f"With fewer than {MIN_PLAYS} plays the table shows none.", alone)
     found = Table("cell", "plays", "goals", "plays differ by", title="our results")
     squares = []
     for name, n_plays, n_goals, spread in play_spreads():

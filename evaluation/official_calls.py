@@ -85,14 +85,14 @@ class Probe(BasePolicy):
 
     def write(self, hook, *arguments):
         """One call; an observation as its number among different ones, and which goal it shows."""
-        told = [kind(argument) for argument in arguments]
+        record = [kind(argument) for argument in arguments]
         for place, argument in enumerate(arguments):
             if isinstance(argument, dict):
-                moment = [type(argument).__name__, list(told[place].items())]
+                moment = [type(argument).__name__, list(record[place].items())]
                 if moment not in self.moments:
                     self.moments.append(moment)
-                told[place] = [self.moments.index(moment), int(argument["goal"].max())]
-        self.calls.append([hook, *told])
+                record[place] = [self.moments.index(moment), int(argument["goal"].max())]
+        self.calls.append([hook, *record])
 
     def step(self, *arguments):
         """The same command always; every third action asks for images."""
@@ -101,14 +101,14 @@ class Probe(BasePolicy):
         return {**self.action, "render": self.n_steps % 3 == 1}
 
 
-def writing(name):
+def recording_hook(name):
     """A hook that writes down that it was called."""
     return lambda self, *arguments: self.write(name, *arguments)
 
 
 for hook in dir(BasePolicy):
     if hook.startswith(("start_", "end_")):
-        setattr(Probe, hook, writing(hook))
+        setattr(Probe, hook, recording_hook(hook))
 
 
 class Toy(BasePolicy):
@@ -130,12 +130,12 @@ class Toy(BasePolicy):
 
     def draw(self, observation):
         """A random command whose seed is the hash of the observation."""
-        told = hashlib.sha256(repr(kind(observation)).encode())
+        digest = hashlib.sha256(repr(kind(observation)).encode())
         for _, value in sorted(observation.items()):
             for part in value.values() if isinstance(value, dict) else [value]:
                 if part is not None:
-                    told.update(np.asarray(part).tobytes())
-        random = np.random.default_rng(int.from_bytes(told.digest()[:8], "little"))
+                    digest.update(np.asarray(part).tobytes())
+        random = np.random.default_rng(int.from_bytes(digest.digest()[:8], "little"))
         action = {}
         for name, space in sorted(self.action_space.spaces.items()):
             if name != "render":
@@ -356,9 +356,9 @@ def ids():
 def spaces(name):
     """The spaces of one environment of two objects."""
     env = made(f"REALRobot2020-{name}2-v0")
-    told = {"action": space(env.action_space), "observation": space(env.observation_space)}
+    result = {"action": space(env.action_space), "observation": space(env.observation_space)}
     env.close()
-    return told
+    return result
 
 
 def space(value):
@@ -378,8 +378,10 @@ def text(facts):
     """The facts as JSON, a line each."""
     sections = []
     for section, lines in facts.items():
-        told = ",\n".join(f"{json.dumps(name)}: {json.dumps(fact)}" for name, fact in lines.items())
-        sections.append(f"{json.dumps(section)}: {{\n{told}\n}}")
+        result = ",\n".join(
+            f"{json.dumps(name)}: {json.dumps(fact)}" for name, fact in lines.items()
+        )
+        sections.append(f"{json.dumps(section)}: {{\n{result}\n}}")
     return "{\n" + ",\n".join(sections) + "\n}\n"
 
 

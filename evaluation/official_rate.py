@@ -10,7 +10,7 @@ import numpy as np
 import real_robots
 from real_robots.policy import BasePolicy
 
-STEPS_A_MACRO = 1000
+STEPS_PER_MACRO = 1000
 
 
 class Stopwatch(BasePolicy):
@@ -22,13 +22,13 @@ class Stopwatch(BasePolicy):
 
     def step(self, observation, reward, done):
         """The same macro for 1000 steps, then another."""
-        if self._step % STEPS_A_MACRO == 0:
+        if self._step % STEPS_PER_MACRO == 0:
             x = self._random.uniform(-0.25, 0.05, 2)
             y = self._random.uniform(-0.5, 0.5, 2)
             self._macro = np.stack([x, y], axis=1)
-        if self._step == STEPS_A_MACRO:  # the first macro warms up
+        if self._step == STEPS_PER_MACRO:  # the first macro warms up
             self._began = time.perf_counter()
-        if self._step == N_STEPS + STEPS_A_MACRO:
+        if self._step == N_STEPS + STEPS_PER_MACRO:
             print("rate", N_STEPS / (time.perf_counter() - self._began), flush=True)
             sys.exit(0)
         self._step += 1

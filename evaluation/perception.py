@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.goal_sets import GoalSet, load_goal_set
-from real_bench.real_g import deed_of
+from real_bench.real_g import primitive_of
 from real_bench.real_g.image_objects import ImageObjects
 from real_bench.real_x.home import is_home
 from real_bench.recording import Experience, Recording
@@ -54,7 +54,7 @@ def main() -> None:
     experience = Experience(given.run, condition)
     goals = load_goal_set(given.goals)
     objects = fresh(task, poses, with_depth=not given.no_depth)
-    deed, home = deed_of(task.action_space), is_home(joints)
+    primitive, home = primitive_of(task.action_space), is_home(joints)
     seconds, moment = 0.0, 0
 
     def look(image: NDArray[np.uint8]) -> Array:
@@ -62,9 +62,9 @@ def main() -> None:
         began = time.process_time()
         objects.see(image if home[moment] else None)
         if moment < len(experience):
-            numbers = deed.numbers(experience.action(moment))
-            if numbers is not None:
-                objects.act(deed.path(numbers))
+            parameters = primitive.parameters(experience.action(moment))
+            if parameters is not None:
+                objects.act(primitive.path(parameters))
         seconds += time.process_time() - began
         moment += 1
         if moment in given.after or moment == experience.n_states:
@@ -77,9 +77,9 @@ def main() -> None:
 
 def fresh(task: Task, poses: Array, *, with_depth: bool) -> ImageObjects:
     """A perception with the ground that depth images of some moments show."""
-    deed = deed_of(task.action_space)
-    ends = list(deed.end)
-    objects = ImageObjects(deed.low[ends], deed.high[ends])
+    primitive = primitive_of(task.action_space)
+    ends = list(primitive.end)
+    objects = ImageObjects(primitive.low[ends], primitive.high[ends])
     if with_depth:
         for number in np.linspace(0, len(poses) - 1, DEPTHS).astype(int):
             task.begin(object_poses=poses[number])
@@ -93,16 +93,16 @@ def report(n: int, seconds: float, objects: ImageObjects, truth: Array, goals: G
     print(f"{n:,} moments, {1000 * seconds / n:.1f} ms of CPU each, {rows.shape[1]} objects known")
     if not rows.shape[1]:
         return
-    order = best_order(rows, truth)
+    order = match_objects(rows, truth)
     began = time.process_time()
     seen = np.array([objects.look(goal.retina) for goal in goals.goals])
-    took = (time.process_time() - began) / len(seen)
+    seconds_each = (time.process_time() - began) / len(seen)
     print("  play   ", errors(rows, truth, order))
     asked = np.array([goal.final_poses[:, :3] for goal in goals.goals])
-    print("  goals  ", errors(seen, asked, order), f"({1000 * took:.1f} ms of CPU each)")
+    print("  goals  ", errors(seen, asked, order), f"({1000 * seconds_each:.1f} ms of CPU each)")
 
 
-def best_order(rows: Array, truth: Array) -> tuple[int, ...]:
+def match_objects(rows: Array, truth: Array) -> tuple[int, ...]:
     """Which object each row is of: its order is its own, so that with the least error counts."""
     k = rows.shape[1]
 
@@ -121,14 +121,16 @@ def errors(rows: Array, truth: Array, order: tuple[int, ...]) -> str:
     shelf, seen = his[..., 0] > SHELF_M, ~np.isnan(away)
     nearest = np.linalg.norm(mine[:, :, None, :2] - truth[:, None, :, :2], axis=3).argmin(axis=2)
     right = (nearest == np.array(order))[seen].mean()
-    told = [
-        f"{name} {part.sum()}: {told_quantiles(away[part & seen])}"
+    descriptions = [
+        f"{name} {part.sum()}: {format_quantiles(away[part & seen])}"
         for name, part in (("table", ~shelf), ("shelf", shelf))
     ]
-    return f"{', '.join(told)}; who is who right {right:.1%}, not seen {1 - seen.mean():.1%}"
+    return (
+        f"{', '.join(descriptions)}; who is who right {right:.1%}, not seen {1 - seen.mean():.1%}"
+    )
 
 
-def told_quantiles(values: NDArray[Any]) -> str:
+def format_quantiles(values: NDArray[Any]) -> str:
     """Median and 90%, in cm."""
     if not len(values):
         return "-"

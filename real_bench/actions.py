@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from real_bench.errors import ActionError
-from real_bench.numeric import LARGEST_NUMBER, any_numbers, finite, numbers, short
+from real_bench.numeric import MAX_MAGNITUDE, any_numbers, finite, numbers, short
 from real_bench.simulation.posture import HOME
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ Command = NDArray[np.float64]
 ACTION_STEPS = 1000
 """Length of an action of the paper's Explorer, and of a macro."""
 
-LONGEST_STEPS = 1_000_000_000
+MAX_ACTION_STEPS = 1_000_000_000
 """No phase is longer, so that the duration of an action cannot overflow."""
 
 VIA_POINT_STEPS = 850
@@ -46,7 +46,7 @@ class Action:
 
     def __post_init__(self) -> None:
         for name, kind in (("commands", np.float64), ("n_steps", np.int64), ("line", np.bool_)):
-            object.__setattr__(self, name, _own(getattr(self, name), name, kind))
+            object.__setattr__(self, name, _frozen_copy(getattr(self, name), name, kind))
         if self.commands.ndim != 2 or len(self.commands) == 0:
             raise ActionError(
                 f"an action needs commands of shape (k, size), not {self.commands.shape}"
@@ -54,13 +54,13 @@ class Action:
         k = len(self.commands)
         if self.n_steps.shape != (k,) or self.line.shape != (k,):
             raise ActionError(f"an action of {k} commands needs {k} durations and {k} line flags")
-        if (self.n_steps < 1).any() or (self.n_steps > LONGEST_STEPS).any():
+        if (self.n_steps < 1).any() or (self.n_steps > MAX_ACTION_STEPS).any():
             raise ActionError(
-                f"every command must last 1 to {LONGEST_STEPS:,} steps, "
+                f"every command must last 1 to {MAX_ACTION_STEPS:,} steps, "
                 f"not {short(self.n_steps.tolist())}"
             )
         given = self.commands[~np.isnan(self.commands)]
-        if (np.abs(given) > LARGEST_NUMBER).any():
+        if (np.abs(given) > MAX_MAGNITUDE).any():
             raise ActionError(f"commands must be finite numbers, not {self.commands.tolist()}")
 
     @property
@@ -130,14 +130,14 @@ class Action:
         if n_steps >= self.duration:
             return self
         starts = np.cumsum(self.n_steps) - self.n_steps
-        kept = int((starts < n_steps).sum())
-        durations = np.minimum(self.n_steps, n_steps - starts)[:kept]
-        commands = self.commands[:kept].copy()
-        if self.line[kept - 1]:  # a truncated line ends midway
-            before = commands[kept - 2] if kept > 1 else np.zeros(commands.shape[1])
-            part = durations[-1] / self.n_steps[kept - 1]
+        n_kept = int((starts < n_steps).sum())
+        durations = np.minimum(self.n_steps, n_steps - starts)[:n_kept]
+        commands = self.commands[:n_kept].copy()
+        if self.line[n_kept - 1]:  # a truncated line ends midway
+            before = commands[n_kept - 2] if n_kept > 1 else np.zeros(commands.shape[1])
+            part = durations[-1] / self.n_steps[n_kept - 1]
             commands[-1] = before + (commands[-1] - before) * part
-        return Action(commands, durations, self.line[:kept].copy())
+        return Action(commands, durations, self.line[:n_kept].copy())
 
 
 def action_segments(action: Action, control: Control, simulation: Simulation) -> Iterator[Segment]:
@@ -185,12 +185,12 @@ def check_command(command: NDArray[Any], control: Control) -> Command:
         raise ActionError(
             f"a command must be {control.size} numbers, not {command.dtype} {command.shape}"
         )
-    if not np.abs(command).max() <= LARGEST_NUMBER and not np.isnan(command).all():
+    if not np.abs(command).max() <= MAX_MAGNITUDE and not np.isnan(command).all():
         raise ActionError(f"a command must be finite numbers, not {command.tolist()}")
     return command
 
 
-def _own(value: object, what: str, kind: type[Any]) -> NDArray[Any]:
+def _frozen_copy(value: object, what: str, kind: type[Any]) -> NDArray[Any]:
     """A read-only copy of an action's array, with the required type of numbers."""
     try:
         given = np.array(value)

@@ -24,7 +24,7 @@ Counts = NDArray[np.int64]
 NEAR_M = (0.01, 0.20)
 """The range of distances in which the paper takes a second look."""
 
-ACTIONS_A_PERIOD = 500
+ACTIONS_PER_PERIOD = 500
 
 CELL_M = 0.025
 MARGIN_CELLS = 4
@@ -126,7 +126,7 @@ def levels_below(abstraction: DynamicAbstraction, length: float) -> NDArray[np.i
     return np.asarray((abstraction.thresholds < length).sum(axis=0), np.int64)
 
 
-def moves_by_period(displacements: Floats, period: int = ACTIONS_A_PERIOD) -> Counts:
+def moves_by_period(displacements: Floats, period: int = ACTIONS_PER_PERIOD) -> Counts:
     """How many actions of each period moved an object by more than 1 cm, (ceil(n / period),).
 
     Args:
@@ -136,7 +136,7 @@ def moves_by_period(displacements: Floats, period: int = ACTIONS_A_PERIOD) -> Co
     return count_by_period(displacements > MOVED_M, period)
 
 
-def count_by_period(happened: NDArray[np.bool_], period: int = ACTIONS_A_PERIOD) -> Counts:
+def count_by_period(happened: NDArray[np.bool_], period: int = ACTIONS_PER_PERIOD) -> Counts:
     """In how many actions of each period something happened to an object, (ceil(n / period),).
 
     Args:

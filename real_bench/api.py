@@ -187,7 +187,7 @@ def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True
 
     experiment = Experiment(read_spec(Path(spec)), jobs)
     if make:
-        with experiment.own_folder():
+        with experiment.lock_folder():
             experiment.prepare()
             work, failures = experiment.missing(), {}
             if len(work):
@@ -230,12 +230,12 @@ def score(
     from real_bench.goal_sets import shipped_sizes
     from real_bench.scoring import verdict
 
-    mine = _several(results)
+    mine = _as_list(results)
     setting = mine[0].setting
     return verdict.judge(
         mine,
         minimum,
-        None if baseline is None else _several(baseline),
+        None if baseline is None else _as_list(baseline),
         goals=None,
         sizes=shipped_sizes(setting.objects, setting.scene),
         allow_part=allow_part,
@@ -250,7 +250,7 @@ def compare(a: Result | Sequence[Result], b: Result | Sequence[Result]) -> Compa
     """
     from real_bench.scoring.comparison import compare
 
-    return compare(_several(a), _several(b))
+    return compare(_as_list(a), _as_list(b))
 
 
 def draw_figures(
@@ -278,7 +278,7 @@ def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
     return SandboxBackend(tuple(path for path in secrets if path is not None))
 
 
-def _several(results: Result | Sequence[Result]) -> list[Result]:
+def _as_list(results: Result | Sequence[Result]) -> list[Result]:
     return list(results) if isinstance(results, Sequence) else [results]
 
 

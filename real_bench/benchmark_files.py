@@ -14,7 +14,7 @@ from real_bench.scoring.result_file import FORMAT as RESULT
 FIRST_BYTES = 4096
 
 
-def is_ours(path: Path) -> bool:
+def is_benchmark_file(path: Path) -> bool:
     """Whether a file is a recording, a result or a goal set, ours or official, by its content.
 
     Only bytes are looked at, no library opens the file; so a malicious file can do no harm.

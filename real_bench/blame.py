@@ -32,12 +32,12 @@ def blame(error: BaseException, place: Path | None = None) -> str:
     return sentence
 
 
-def says_enough(error: BaseException, place: Path | None) -> bool:
+def is_self_explanatory(error: BaseException, place: Path | None) -> bool:
     """Whether an error of ours needs no place: the controller raised it, or was not involved."""
     files = [frame.filename for frame in traceback.extract_tb(error.__traceback__)]
-    raised_there = bool(files) and _is_in(files[-1], place)
-    had_part = any(_is_in(file, place) for file in files)
-    return isinstance(error, RealBenchError) and (raised_there or not had_part)
+    raised_by_controller = bool(files) and _is_in(files[-1], place)
+    is_involved = any(_is_in(file, place) for file in files)
+    return isinstance(error, RealBenchError) and (raised_by_controller or not is_involved)
 
 
 def _line(frame: traceback.FrameSummary) -> str:

@@ -48,7 +48,7 @@ class Condition:
         """The version of its way of control."""
         return self.control_type.version
 
-    def control_misfit(self, version: int) -> str | None:
+    def control_mismatch(self, version: int) -> str | None:
         """Why a run with another version of this control cannot be continued; None if it can.
 
         Args:

@@ -32,7 +32,7 @@ class Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
-class Described(Record):
+class SpecFile(Record):
     """A whole file, which says what to run, and where results go.
 
     Attributes:
@@ -50,6 +50,6 @@ class Described(Record):
         """The folder of all results."""
         return self.folder / self.results
 
-    def scene_found_by(self, scene: str) -> str:
+    def resolve_scene(self, scene: str) -> str:
         """A scene, by name or manifest, as found from any folder."""
         return str(self.folder / scene) if scene.endswith(".yaml") else scene

@@ -26,14 +26,14 @@ class OutputError(RealBenchError):
     """A file that cannot be written, or must not be."""
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes) -> None:
     """Write a file so that it is either complete or, after any failure, unchanged."""
-    with replacing(path) as hidden, hidden.open("wb") as file:
+    with atomic_replacement(path) as hidden, hidden.open("wb") as file:
         file.write(content)
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def atomic_replacement(path: Path) -> Iterator[Path]:
     """An empty hidden file that replaces a file once it is written.
 
     After any failure the file is unchanged. It keeps its mode (a new one follows the umask); hard
@@ -42,16 +42,16 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         OutputError: it cannot be written, or exists and is not a file.
     """
-    with _told(f"cannot write {path}"):
-        found = _status(path)
-        if found is not None and not stat.S_ISREG(found.st_mode):
-            raise OutputError(f"{path} is {_kind(found)}, not a file")
+    with _as_output_error(f"cannot write {path}"):
+        status = _status(path)
+        if status is not None and not stat.S_ISREG(status.st_mode):
+            raise OutputError(f"{path} is {_describe_kind(status)}, not a file")
         real = real_path(path)
         hidden = real.with_name(f".{uuid4().hex[:12]}{real.suffix}")
-        os.close(os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if found else 0o666))
+        os.close(os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if status else 0o666))
         try:
-            if found is not None:
-                hidden.chmod(stat.S_IMODE(found.st_mode))
+            if status is not None:
+                hidden.chmod(stat.S_IMODE(status.st_mode))
             yield hidden
             with hidden.open("rb") as written:
                 os.fsync(written.fileno())
@@ -83,14 +83,14 @@ def check_output(
     Raises:
         OutputError: it exists and must not be overwritten, cannot be replaced, or is not a file.
     """
-    with _told(f"cannot write {path}"):
-        found = _status(path)
-        if found is not None:
-            if not stat.S_ISREG(found.st_mode):
-                raise OutputError(f"{path} is {_kind(found)}, not a file")
+    with _as_output_error(f"cannot write {path}"):
+        status = _status(path)
+        if status is not None:
+            if not stat.S_ISREG(status.st_mode):
+                raise OutputError(f"{path} is {_describe_kind(status)}, not a file")
             if not overwrite:
                 raise OutputError(f"{path} exists: use {remedy}, or another {option}")
-            _check_replaceable(path, found)
+            _check_replaceable(path, status)
         parent = real_path(path).parent if path.is_symlink() else path.parent
     check_folder(parent)
 
@@ -105,7 +105,7 @@ def check_folder(folder: Path, *, make: bool = False) -> None:
     Raises:
         OutputError: they cannot.
     """
-    with _told(f"cannot write into {folder}"):
+    with _as_output_error(f"cannot write into {folder}"):
         if make:
             folder.mkdir(parents=True, exist_ok=True)
         tried = real_path(folder) / f".{uuid4().hex[:12]}"
@@ -132,22 +132,22 @@ class Output:
         self, path: Path, *, append: bool = False, overwrite: bool = False, option: str = "--out"
     ) -> None:
         self._path, self._handle = path, -1
-        with _told(f"cannot write {path}"):
-            found = _status(path)
-            is_file = found is None or stat.S_ISREG(found.st_mode)
+        with _as_output_error(f"cannot write {path}"):
+            status = _status(path)
+            is_file = status is None or stat.S_ISREG(status.st_mode)
             if append or not is_file:
-                self._handle = self._opened(found)
-            elif (handle := _ours(found)) is not None:
+                self._handle = self._opened(status)
+            elif (handle := _own_stream(status)) is not None:
                 self._handle = handle
             else:
                 check_output(path, overwrite=overwrite, option=option)
-        self._is_new = append and found is None
+        self._is_new = append and status is None
 
     def write(self, content: bytes) -> None:
         """Write all of it, or raise OutputError with the file unchanged."""
         if self._handle < 0:
-            return write_whole(self._path, content)
-        with _told(f"cannot write {self._path}"):
+            return write_atomically(self._path, content)
+        with _as_output_error(f"cannot write {self._path}"):
             before = os.fstat(self._handle)
             left = memoryview(content)
             try:
@@ -174,42 +174,42 @@ class Output:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _opened(self, found: os.stat_result | None) -> int:
-        if found is not None:
-            ours = _ours(found)
-            if ours is not None:
-                return ours
-            if stat.S_ISDIR(found.st_mode):
+    def _opened(self, status: os.stat_result | None) -> int:
+        if status is not None:
+            own_stream = _own_stream(status)
+            if own_stream is not None:
+                return own_stream
+            if stat.S_ISDIR(status.st_mode):
                 raise OutputError(f"{self._path} is a folder, not a file")
-            if stat.S_ISREG(found.st_mode):
-                _check_writable(self._path, found)
-        how = os.O_WRONLY | os.O_APPEND | (os.O_CREAT if found is None else 0)
+            if stat.S_ISREG(status.st_mode):
+                _check_writable(self._path, status)
+        how = os.O_WRONLY | os.O_APPEND | (os.O_CREAT if status is None else 0)
         try:
             handle = os.open(self._path, how | os.O_NONBLOCK | os.O_NOCTTY, 0o666)
         except OSError as error:
-            if found is not None and stat.S_ISFIFO(found.st_mode):
+            if status is not None and stat.S_ISFIFO(status.st_mode):
                 raise OutputError(f"{self._path} is a pipe that nobody reads") from error
             raise
         os.set_blocking(handle, True)
         return handle
 
 
-def _ours(found: os.stat_result | None) -> int | None:
+def _own_stream(status: os.stat_result | None) -> int | None:
     """A second handle of our own standard output or error, if that is the file.
 
     If it were opened by name it would be overwritten, since each handle has its own position.
     """
     for handle in (1, 2):
         with suppress(OSError):
-            if found is not None and os.path.samestat(found, os.fstat(handle)):
+            if status is not None and os.path.samestat(status, os.fstat(handle)):
                 return os.dup(handle)
     return None
 
 
-def _check_replaceable(path: Path, found: os.stat_result) -> None:
-    _check_writable(path, found)
-    if (ours := _ours(found)) is not None:
-        os.close(ours)
+def _check_replaceable(path: Path, status: os.stat_result) -> None:
+    _check_writable(path, status)
+    if (own_stream := _own_stream(status)) is not None:
+        os.close(own_stream)
         raise OutputError(f"{path} is where this command prints to: use another file")
     if _is_mounted(real_path(path)):
         raise OutputError(
@@ -217,9 +217,9 @@ def _check_replaceable(path: Path, found: os.stat_result) -> None:
         )
 
 
-def _check_writable(path: Path, found: os.stat_result) -> None:
+def _check_writable(path: Path, status: os.stat_result) -> None:
     """Refuse a protected file, even if root could write it."""
-    if not found.st_mode & 0o222 or not os.access(path, os.W_OK):
+    if not status.st_mode & 0o222 or not os.access(path, os.W_OK):
         raise OutputError(f"{path} is read-only: make it writable (chmod u+w), or use another file")
 
 
@@ -243,12 +243,12 @@ def _status(path: Path) -> os.stat_result | None:
         return None
 
 
-def _kind(found: os.stat_result) -> str:
-    return KINDS.get(stat.S_IFMT(found.st_mode), "no file")
+def _describe_kind(status: os.stat_result) -> str:
+    return KINDS.get(stat.S_IFMT(status.st_mode), "no file")
 
 
 @contextmanager
-def _told(what: str) -> Iterator[None]:
+def _as_output_error(what: str) -> Iterator[None]:
     """Turn the system's errors into ours."""
     try:
         yield

@@ -16,7 +16,7 @@ from typing import Any
 from real_bench.blame import blame
 from real_bench.controller import BasePolicy, Controller
 from real_bench.errors import ControllerError, SubmissionError
-from real_bench.source import ControllerSource, installed, is_left_out
+from real_bench.source import ControllerSource, installed, is_ignored
 
 SUBMITTED = "SubmittedPolicy"
 """The official name for the class that a file submits."""
@@ -37,7 +37,7 @@ def find_controller(spec: str) -> type[Any]:
     Raises:
         ControllerError: it does not exist or cannot be loaded, with file, line and reason.
     """
-    _offer_official_import()
+    _provide_official_module()
     source = ControllerSource.of(spec)
     if source.file is not None:
         module = _load_file(source.file, source.place, spec)
@@ -45,10 +45,14 @@ def find_controller(spec: str) -> type[Any]:
         module = _load_module(source)
     else:
         return _load_installed(source)
-    named = getattr(module, source.class_name, None) if source.class_name else _chosen(module, spec)
+    named = (
+        getattr(module, source.class_name, None)
+        if source.class_name
+        else _choose_class(module, spec)
+    )
     if named is None:
         raise SubmissionError(f"controller {spec}: class not found: {source.class_name}")
-    return _checked(named, spec)
+    return _check_class(named, spec)
 
 
 def controller_folders() -> set[str]:
@@ -69,7 +73,7 @@ def source_file(controller: type[Any]) -> Path | None:
         return None
 
 
-def keeps_our_contract(controller: type[Any]) -> bool:
+def uses_extended_api(controller: type[Any]) -> bool:
     """Whether a class has our hooks besides the official ones: it is derived from Controller.
 
     Other classes may have a method of the same name that means something else.
@@ -79,12 +83,12 @@ def keeps_our_contract(controller: type[Any]) -> bool:
 
 def is_action_level(controller: type[Any]) -> bool:
     """Whether a class decides on whole actions (otherwise: one call per step)."""
-    return keeps_our_contract(controller) and controller.next_action is not Controller.next_action
+    return uses_extended_api(controller) and controller.next_action is not Controller.next_action
 
 
-def has_own(controller: type[Any], hook: str) -> bool:
+def overrides_hook(controller: type[Any], hook: str) -> bool:
     """Whether a class defines one of our hooks itself."""
-    return keeps_our_contract(controller) and getattr(controller, hook) is not getattr(
+    return uses_extended_api(controller) and getattr(controller, hook) is not getattr(
         Controller, hook
     )
 
@@ -93,18 +97,18 @@ def _load_installed(source: ControllerSource) -> type[Any]:
     try:
         loaded = installed(source.spec).load()
     except (Exception, SystemExit) as error:
-        raise _unloadable(source, error) from error
-    return _checked(loaded, source.spec)
+        raise _load_error(source, error) from error
+    return _check_class(loaded, source.spec)
 
 
 def _load_module(source: ControllerSource) -> ModuleType:
     try:
         return importlib.import_module(source.module)
     except (Exception, SystemExit) as error:
-        raise _unloadable(source, error) from error
+        raise _load_error(source, error) from error
 
 
-def _unloadable(source: ControllerSource, error: BaseException) -> ControllerError:
+def _load_error(source: ControllerSource, error: BaseException) -> ControllerError:
     return SubmissionError(f"controller {source.spec} cannot be loaded: {blame(error)}")
 
 
@@ -120,7 +124,7 @@ def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
     if str(folder) not in sys.path:  # first, as for a script: its neighbours are meant
         sys.path.insert(0, str(folder))
     try:
-        with _without_namesakes(folder):
+        with _hide_namesakes(folder):
             spec.loader.exec_module(module)
     except BaseException as error:
         del sys.modules[name]
@@ -133,35 +137,38 @@ def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
 
 
 @contextmanager
-def _without_namesakes(folder: Path) -> Iterator[None]:
+def _hide_namesakes(folder: Path) -> Iterator[None]:
     """Let imports find what is in a folder, even if another module of that name is loaded.
 
     Whoever loaded the other module keeps it.
     """
-    beside = {path.stem for path in folder.iterdir() if not is_left_out(path) and _is_module(path)}
-    taken = {
+    neighbours = {
+        path.stem for path in folder.iterdir() if not is_ignored(path) and _is_module(path)
+    }
+    shadowing = {
         name: module
         for name, module in sys.modules.items()
-        if name.partition(".")[0] in beside - NEVER_SHADOWED and not _lies_in(module, folder)
+        if name.partition(".")[0] in neighbours - NEVER_SHADOWED
+        and not _is_module_in(module, folder)
     }
-    for name in taken:
+    for name in shadowing:
         del sys.modules[name]
     try:
         yield
     finally:
-        sys.modules.update(taken)
+        sys.modules.update(shadowing)
 
 
 def _is_module(path: Path) -> bool:
     return path.suffix == ".py" if path.is_file() else any(path.glob("*.py"))
 
 
-def _lies_in(module: Any, folder: Path) -> bool:
+def _is_module_in(module: Any, folder: Path) -> bool:
     file = getattr(module, "__file__", None)
     return isinstance(file, str) and Path(file).is_relative_to(folder)
 
 
-def _chosen(module: ModuleType, spec: str) -> Any:
+def _choose_class(module: ModuleType, spec: str) -> Any:
     """The class that a file submits: ``SubmittedPolicy``, or its one class derived from ours."""
     if hasattr(module, SUBMITTED):
         return getattr(module, SUBMITTED)
@@ -169,7 +176,7 @@ def _chosen(module: ModuleType, spec: str) -> Any:
     if len(own) == 1:
         return own[0]
     found = ", ".join(value.__name__ for value in own) or "none"
-    others = [value.__name__ for value in _classes(module, object) if _plays(value)]
+    others = [value.__name__ for value in _classes(module, object) if _is_controller_like(value)]
     which = f" ({', '.join(others)} could be meant)" if others and not own else ""
     raise SubmissionError(
         f"controller {spec}: exactly one class derived from Controller or BasePolicy was expected, "
@@ -184,20 +191,20 @@ def _classes(module: ModuleType, base: type[Any]) -> Iterator[type[Any]]:
             yield value
 
 
-def _checked(loaded: Any, spec: str) -> type[Any]:
+def _check_class(loaded: Any, spec: str) -> type[Any]:
     if not inspect.isclass(loaded):
         raise SubmissionError(f"controller {spec} is not a class")
-    if not _plays(loaded):
+    if not _is_controller_like(loaded):
         raise SubmissionError(f"controller {spec} has neither step() nor next_action()")
     return loaded
 
 
-def _plays(value: type[Any]) -> bool:
+def _is_controller_like(value: type[Any]) -> bool:
     step = getattr(value, "step", None)
     return is_action_level(value) or (callable(step) and step is not BasePolicy.step)
 
 
-def _offer_official_import() -> None:
+def _provide_official_module() -> None:
     """Let a controller import ``real_robots``: ours, even if the official one is installed."""
     from real_bench import compat
 

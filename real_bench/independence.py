@@ -10,9 +10,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from real_bench.source import is_left_out
+from real_bench.source import is_ignored
 
-DEEPEST = 6
+MAX_DEPTH = 6
 """How deep inside a shared place to look for the controller."""
 
 
@@ -29,8 +29,8 @@ def shared_through(controller: object, place: Path | None) -> str | None:
     if place is None:
         return None
     for module in _modules_in(place):
-        for name, value in _shared_places(module):
-            if _leads_to(value, controller, DEEPEST, set()):
+        for name, value in _shared_values(module):
+            if _leads_to(value, controller, MAX_DEPTH, set()):
                 return name
     return None
 
@@ -45,10 +45,10 @@ def _is_in(file: Path, place: Path) -> bool:
     if not file.is_relative_to(place):
         return False
     folders = takewhile(lambda folder: folder != place, file.parents)
-    return file == place or not any(map(is_left_out, folders))
+    return file == place or not any(map(is_ignored, folders))
 
 
-def _shared_places(module: ModuleType) -> Iterator[tuple[str, Any]]:
+def _shared_values(module: ModuleType) -> Iterator[tuple[str, Any]]:
     """The globals of a module and the attributes of its classes, by name."""
     for name, value in list(vars(module).items()):
         if inspect.isclass(value):
@@ -59,16 +59,16 @@ def _shared_places(module: ModuleType) -> Iterator[tuple[str, Any]]:
             yield name, value
 
 
-def _leads_to(value: Any, wanted: object, deep: int, seen: set[int]) -> bool:
-    if value is wanted:
+def _leads_to(value: Any, target: object, depth: int, seen: set[int]) -> bool:
+    if value is target:
         return True
-    if deep == 0 or id(value) in seen:
+    if depth == 0 or id(value) in seen:
         return False
     seen.add(id(value))
-    return any(_leads_to(part, wanted, deep - 1, seen) for part in _parts(value))
+    return any(_leads_to(part, target, depth - 1, seen) for part in _members(value))
 
 
-def _parts(value: Any) -> list[Any]:
+def _members(value: Any) -> list[Any]:
     """What an object holds; nothing where it cannot be looked into."""
     try:
         if isinstance(value, dict):

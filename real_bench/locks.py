@@ -33,7 +33,7 @@ def write_lock(path: Path) -> Iterator[None]:
     real = real_path(path)
     lock = real.with_name(f".{real.name}.lock")
     try:
-        handle = _locked(lock)
+        handle = _acquire(lock)
     except BlockingIOError as error:
         raise OutputError(f"{path} is being written by another process") from error
     except OSError as error:
@@ -69,7 +69,7 @@ def is_being_written(path: Path) -> bool:
     return False
 
 
-def _locked(lock: Path) -> int:
+def _acquire(lock: Path) -> int:
     """A handle that holds the lock; raises BlockingIOError if another one does."""
     while True:
         handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
@@ -87,7 +87,7 @@ def _locked(lock: Path) -> int:
 
 
 @contextmanager
-def own_folder(prefix: str) -> Iterator[Path]:
+def temporary_folder(prefix: str) -> Iterator[Path]:
     """A new temporary folder that does not outlive its use.
 
     If its process is killed, the next call with the same prefix removes it. Raises OutputError if
@@ -97,12 +97,12 @@ def own_folder(prefix: str) -> Iterator[Path]:
         place = real_path(Path(tempfile.gettempdir()))
     except OSError as error:
         raise OutputError(f"cannot make a temporary folder: {error}") from error
-    for left in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
+    for leftover in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made
         with suppress(OSError, OutputError):
-            found = left.lstat()
+            found = leftover.lstat()
             if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
-                with write_lock(left):  # refused if it is still in use
-                    _remove(left)
+                with write_lock(leftover):  # refused if it is still in use
+                    _remove(leftover)
     folder = place / f"{prefix}{uuid4().hex}"
     with write_lock(folder):
         try:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any, SupportsFloat
 
-LONGEST_NAME = 64
+MAX_NAME_LENGTH = 64
 """Bytes of a name in UTF-8."""
 
-MOST_ENTRIES = 10_000
+MAX_ENTRIES = 10_000
 """The most entries kept per action; if there are more, the last are kept."""
 
 Entry = tuple[str, float]
@@ -24,8 +24,10 @@ def checked_entry(name: object, value: SupportsFloat) -> Entry:
     """
     if not isinstance(name, str):
         raise TypeError(f"a name must be text, not {type(name).__name__}")
-    if not name.isprintable() or not 1 <= len(name.encode()) <= LONGEST_NAME:
-        raise ValueError(f"a name must be 1 to {LONGEST_NAME} printable bytes, not {name[:80]!r}")
+    if not name.isprintable() or not 1 <= len(name.encode()) <= MAX_NAME_LENGTH:
+        raise ValueError(
+            f"a name must be 1 to {MAX_NAME_LENGTH} printable bytes, not {name[:80]!r}"
+        )
     return name, float(value)
 
 
@@ -33,16 +35,16 @@ def add_entry(controller: object, name: str, value: SupportsFloat) -> None:
     """Keep a number in a controller until the harness takes it; raises as checked_entry does."""
     entry = checked_entry(name, value)
     # Plain data, so that a controller whose state is all of its attributes can still be kept.
-    noted = vars(controller).setdefault(_ATTRIBUTE, [])
-    noted.append(entry)
-    del noted[:-MOST_ENTRIES]
+    entries_so_far = vars(controller).setdefault(_ATTRIBUTE, [])
+    entries_so_far.append(entry)
+    del entries_so_far[:-MAX_ENTRIES]
 
 
 def take_entries(controller: Any) -> list[Entry]:
     """What a controller logged since the last call, in order."""
-    noted = getattr(controller, "__dict__", {}).get(_ATTRIBUTE)
-    if not noted:
+    entries_so_far = getattr(controller, "__dict__", {}).get(_ATTRIBUTE)
+    if not entries_so_far:
         return []
-    entries = list(noted)
-    noted.clear()
+    entries = list(entries_so_far)
+    entries_so_far.clear()
     return entries

@@ -11,7 +11,7 @@ CONTROLLER_FILE = re.compile(r"(?P<file>.*\.py)(:(?P<name>[^:/\\]*))?")
 _EXPLORE_AT_RANDOM = frozenset({"real_r", "real_t", "real_d", "real_ld"})
 
 
-def shown_name(spec: str) -> str:
+def display_name(spec: str) -> str:
     """A controller's name as the paper writes it; for a file its class, or the file's name."""
     if found := CONTROLLER_FILE.fullmatch(spec):
         return found["name"] or Path(found["file"]).stem

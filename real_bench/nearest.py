@@ -8,7 +8,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-ALIKE = 0.7
+MIN_SIMILARITY = 0.7
 """How similar two names must be, from 0 to 1."""
 
 
@@ -23,7 +23,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
         by_word[each.lower()] = each
     words = [name.lower(), name.rpartition(".")[2].lower()]
     for word in dict.fromkeys(words):
-        if found := get_close_matches(word, by_word, 1, ALIKE):
+        if found := get_close_matches(word, by_word, 1, MIN_SIMILARITY):
             return by_word[found[0]]
     return None
 
@@ -34,7 +34,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     return f", did you mean {found}?" if found else ""
 
 
-def what_there_is(
+def unknown_name_hint(
     kind: type[BaseModel], without: Collection[str] = ()
 ) -> Callable[[tuple[int | str, ...]], str]:
     """A function that, for an unknown name in a tree of records, lists the valid names.
@@ -44,13 +44,13 @@ def what_there_is(
         without: fields of it that users do not give.
     """
 
-    def names_at(place: tuple[int | str, ...]) -> str:
+    def hint(place: tuple[int | str, ...]) -> str:
         known = _names_at(kind, place)
         if len(place) == 1:
             known = [name for name in known if name not in without]
         return f"{did_you_mean(str(place[-1]), known)} (use: {', '.join(known)})"
 
-    return names_at
+    return hint
 
 
 def _names_at(kind: Any, place: tuple[int | str, ...]) -> list[str]:

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from real_bench.errors import ActionError
 
-LARGEST_NUMBER = 1e6
+MAX_MAGNITUDE = 1e6
 """No sensible command has more metres or radians."""
 
 
 def finite(vector: NDArray[np.float64], what: str) -> NDArray[np.float64]:
     """The vector itself; raises ActionError unless all its numbers are finite and moderate."""
-    if not (np.abs(vector) <= LARGEST_NUMBER).all():
+    if not (np.abs(vector) <= MAX_MAGNITUDE).all():
         raise ActionError(f"{what} must be finite numbers, not {vector.tolist()}")
     return vector
 

@@ -7,11 +7,11 @@ import threading
 from collections.abc import Callable
 
 
-def end_when(parent_is_gone: Callable[[], object]) -> None:
-    """End this process once ``parent_is_gone`` returns; the call waits for the parent's end."""
+def exit_after(wait_for_parent: Callable[[], object]) -> None:
+    """End this process once ``wait_for_parent`` returns; the call waits for the parent's end."""
 
     def wait() -> None:
-        parent_is_gone()
+        wait_for_parent()
         os._exit(1)
 
     threading.Thread(target=wait, daemon=True).start()

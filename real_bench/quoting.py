@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-LONGEST = 80
+MAX_LENGTH = 80
 
 _MARKS = re.compile(
     r"([\\`*\[\]<>&|~#!@$^{}]|(?<![a-z0-9])_|_(?![a-z0-9]))|(?<=[:/])(?=/)|(?<=www)(?=\.)",
@@ -20,7 +20,7 @@ _BEGINNINGS = re.compile(r"^(\d*)(?=[-+.)](?:\s|$)|[-=]+\s*$)")
 """What makes a line a list item, or the line above it a heading."""
 
 
-def quoted(text: str, longest: int = LONGEST) -> str:
+def quoted(text: str, longest: int = MAX_LENGTH) -> str:
     """A text as one short line, without control characters."""
     short = text if len(text) <= longest else text[: longest - 3] + "..."
     return printable(short).replace("\n", "?").replace("\t", "?")

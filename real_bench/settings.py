@@ -54,7 +54,7 @@ def check_settings(controller: type[Any], spec: str, values: Mapping[str, Any]) 
     return validated(kind, values, f"controller {spec}")
 
 
-def validated(kind: type[Settings], values: Mapping[str, Any], whose: str) -> Settings:
+def validated(kind: type[Settings], values: Mapping[str, Any], owner: str) -> Settings:
     """Settings of a class, with defaults for the rest.
 
     Raises:
@@ -63,14 +63,14 @@ def validated(kind: type[Settings], values: Mapping[str, Any], whose: str) -> Se
     try:
         return kind.model_validate(values)
     except ValidationError as error:
-        known = dict(_defaults(kind))
+        known = dict(_default_values(kind))
 
         def unknown(place: tuple[int | str, ...]) -> str:
             return did_you_mean(".".join(map(str, place)), known)
 
         listed = ", ".join(f"{name}={value}" for name, value in known.items())
         raise ControllerError(
-            f"{whose}, bad settings: {faults(error, unknown=unknown)} "
+            f"{owner}, bad settings: {faults(error, unknown=unknown)} "
             f"(settings and defaults: {listed})"
         ) from error
 
@@ -154,13 +154,13 @@ def _nested(names: list[str], value: Any) -> Values:
     return {names[0]: _nested(names[1:], value) if names[1:] else value}
 
 
-def _defaults(kind: type[Settings], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def _default_values(kind: type[Settings], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Every name that can be set, dotted, with its default."""
     for name, field in kind.model_fields.items():
         default = (
             "(required)" if field.is_required() else field.get_default(call_default_factory=True)
         )
         if isinstance(default, Settings):
-            yield from _defaults(type(default), f"{prefix}{name}.")
+            yield from _default_values(type(default), f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", default

@@ -22,7 +22,7 @@ GROUP = "real_bench.controllers"
 OURS = "real_bench.controllers"
 
 CODE = frozenset({".py", ".so", ".pyd", ".pyx"})
-MOST_ENTRIES = 20_000
+MAX_ENTRIES = 20_000
 """A folder with more files below it is not a controller's own."""
 
 
@@ -78,7 +78,7 @@ class ControllerSource:
         if self.file is not None:
             return self.file.parent
         top = OURS if self.module.startswith(OURS) else self.module.partition(".")[0]
-        found = module_place(top)
+        found = module_location(top)
         if found is None:
             raise ControllerError(f"controller {self.spec} cannot be loaded: no module {top}")
         return found
@@ -112,22 +112,22 @@ class ControllerSource:
 
     def submitted_files(self) -> list[Path]:
         """Every file in its place that is not the benchmark's; raises ControllerError."""
-        from real_bench.benchmark_files import is_ours  # loads h5py and more
+        from real_bench.benchmark_files import is_benchmark_file  # loads h5py and more
 
-        return sorted(file for file in self.files() if not is_ours(file))
+        return sorted(file for file in self.files() if not is_benchmark_file(file))
 
     def files(self) -> Iterator[Path]:
         """Every file in its place, except caches of tools; raises ControllerError."""
         for number, path in enumerate(_walk(self.place)):
-            if number == MOST_ENTRIES:
+            if number == MAX_ENTRIES:
                 raise ControllerError(
-                    f"controller {self.spec}: more than {MOST_ENTRIES:,} files in "
+                    f"controller {self.spec}: more than {MAX_ENTRIES:,} files in "
                     f"{self.place}: put the controller in a folder of its own"
                 )
             yield path
 
 
-def is_left_out(path: Path) -> bool:
+def is_ignored(path: Path) -> bool:
     """Whether something in a controller's folder does not count: links, and caches of tools."""
     return (
         path.is_symlink()
@@ -139,7 +139,7 @@ def is_left_out(path: Path) -> bool:
 
 def _walk(folder: Path) -> Iterator[Path]:
     for path in sorted(folder.iterdir()):
-        if is_left_out(path):
+        if is_ignored(path):
             continue
         if path.is_dir():
             yield from _walk(path)
@@ -147,7 +147,7 @@ def _walk(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def module_place(module: str) -> Path | None:
+def module_location(module: str) -> Path | None:
     """The file of a module, or the folder of a package; None if there is none."""
     try:
         found: ModuleSpec | None = importlib.util.find_spec(module)
@@ -170,7 +170,7 @@ def resolved(spec: str) -> str:
     return f"{Path(found['file']).resolve()}{found[2] or ''}"
 
 
-def recorded_as(spec: str) -> str:
+def recorded_name(spec: str) -> str:
     """A controller's name in recordings and results: no folders; a submission ``folder:name``."""
     source = ControllerSource.of(spec)
     if source.submission is None:
@@ -219,7 +219,7 @@ def installed(name: str) -> EntryPoint:
     return offers[name]
 
 
-def is_code_of(source: ControllerSource, sha256: str) -> bool:
+def has_code_hash(source: ControllerSource, sha256: str) -> bool:
     """Whether this is the code with that hash.
 
     Recordings and results from before 0.2 have the hash of the one file that defines the class.

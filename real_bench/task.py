@@ -57,7 +57,7 @@ class Task:
         self.goal = goal
         poses = object_poses if goal is None else goal.initial_poses
         self.simulation.reset(poses, joint_positions)
-        self.control.forget()
+        self.control.reset()
         self.n_steps = 0
         self._n_worlds += 1
         self._expire()
@@ -72,7 +72,7 @@ class Task:
         try:
             self._follow(self.control.segments(command, 1, self.simulation))
         except PhysicsError as error:
-            raise _explained(error, "command", command, began) from error
+            raise _with_context(error, "command", command, began) from error
 
     def execute(self, action: Action) -> None:
         """A whole action, already checked (see :func:`real_bench.actions.check_action`).
@@ -85,12 +85,12 @@ class Task:
             self._follow(action_segments(action, self.control, self.simulation))
             self.simulation.object_poses()  # finds explosions in the last steps
         except PhysicsError as error:
-            raise _explained(error, "action", action.commands[:SHOWN_COMMANDS], began) from error
+            raise _with_context(error, "action", action.commands[:SHOWN_COMMANDS], began) from error
 
     def observe(self, *, render: bool = True) -> Observation:
         """What is seen now; camera images are zeros if ``render`` is false."""
         self._expire()
-        senses = self._senses(self._shutter(render))
+        senses = self._senses(self._lazy_camera(render))
         dark = frozenset() if render else CAMERA_KEYS & senses.keys()
         self._observation = Observation(senses, dark, self._n_worlds, self.goal is not None)
         return self._observation
@@ -124,18 +124,18 @@ class Task:
         if self._observation is not None:
             self._observation.expire()
 
-    def _shutter(self, render: bool) -> Callable[[], Image]:
+    def _lazy_camera(self, render: bool) -> Callable[[], Image]:
         """A camera that takes at most one picture."""
         pictures: list[Image] = []
 
         def picture() -> Image:
             if not pictures:
-                pictures.append(self.simulation.image() if render else self._darkness())
+                pictures.append(self.simulation.image() if render else self._dark_image())
             return pictures[0]
 
         return picture
 
-    def _darkness(self) -> Image:
+    def _dark_image(self) -> Image:
         """The image of a camera that is off; fresh zeros cost nothing until they are touched."""
         camera = self.simulation.scene.manifest.camera
         size = (camera.height, camera.width)
@@ -156,31 +156,31 @@ class Task:
             senses |= {
                 "mask": lambda: picture().mask,
                 "goal_mask": self._goal_mask,
-                "object_positions": lambda: self._named(simulation.object_poses()[:, :3]),
-                "object_orientations": lambda: self._named(simulation.object_poses()[:, 3:]),
+                "object_positions": lambda: self._by_object(simulation.object_poses()[:, :3]),
+                "object_orientations": lambda: self._by_object(simulation.object_poses()[:, 3:]),
                 "goal_positions": self._goal_positions,
             }
         return senses
 
-    def _named(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    def _by_object(self, rows: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         return {
             name: row.copy() for name, row in zip(self.simulation.object_names, rows, strict=True)
         }
 
     def _goal_image(self) -> NDArray[np.uint8]:
-        return self._darkness().retina if self.goal is None else self.goal.retina.copy()
+        return self._dark_image().retina if self.goal is None else self.goal.retina.copy()
 
     def _goal_mask(self) -> NDArray[np.int32]:
-        mask = self._darkness().mask if self.goal is None else self.goal.mask
+        mask = self._dark_image().mask if self.goal is None else self.goal.mask
         return mask.astype(np.int32)
 
     def _goal_positions(self) -> dict[str, NDArray[np.float64]]:
         if self.goal is None:
-            return self._named(np.zeros((len(self.simulation.object_names), 3)))
-        return self._named(self.goal.final_poses[:, :3])
+            return self._by_object(np.zeros((len(self.simulation.object_names), 3)))
+        return self._by_object(self.goal.final_poses[:, :3])
 
 
-def _explained(
+def _with_context(
     error: PhysicsError, what: str, numbers: NDArray[np.float64], began: int
 ) -> PhysicsError:
     shown = np.round(numbers, 6).tolist()

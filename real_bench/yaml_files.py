@@ -15,7 +15,7 @@ import yaml
 
 from real_bench.errors import RealBenchError
 
-MAX_LETTERS = 50_000
+MAX_CHARACTERS = 50_000
 
 _BASES = {"0o": 8, "0x": 16}
 
@@ -102,7 +102,7 @@ def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str
     """
     try:
         with file.open(encoding="utf-8-sig") as opened:
-            text = opened.read(MAX_LETTERS + 1)
+            text = opened.read(MAX_CHARACTERS + 1)
     except FileNotFoundError as error:
         raise fault(f"{what} was not found: {file}") from error
     except (OSError, ValueError) as error:
@@ -117,8 +117,8 @@ def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str
 
 def parse(text: str, source: str, fault: type[RealBenchError]) -> Any:
     """The value of a text; raises ``fault``."""
-    if len(text) > MAX_LETTERS:
-        raise fault(f"{source}: longer than {MAX_LETTERS} characters")
+    if len(text) > MAX_CHARACTERS:
+        raise fault(f"{source}: longer than {MAX_CHARACTERS} characters")
     try:
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.exporting.minari import LOWEST
+from real_bench.exporting.minari import MIN_VERSION
 from tests.cli.shell import realbench
 from tests.pages import ROOT, Page
 
@@ -66,7 +66,7 @@ def test_the_controller_logs(place: Path) -> None:
     ids=" ".join,
 )
 def test_the_commands_run(place: Path, arguments: list[str]) -> None:
-    for library, lowest in (("minari", LOWEST), ("tensorboard", None)):
+    for library, lowest in (("minari", MIN_VERSION), ("tensorboard", None)):
         if library in " ".join(arguments):
             pytest.importorskip(library, minversion=lowest)
     realbench(place, *arguments)

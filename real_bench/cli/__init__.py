@@ -82,7 +82,7 @@ def main(arguments: list[str] | None = None) -> Any:
     log_on_stderr()
     common = Common()
     try:
-        done = _called(arguments, common)
+        done = _invoke(arguments, common)
         streams.flush()
         return done
     except click.ClickException as error:
@@ -104,7 +104,7 @@ def main(arguments: list[str] | None = None) -> Any:
         streams.end("interrupted", 130)
 
 
-def _called(arguments: list[str] | None, common: Common) -> Any:
+def _invoke(arguments: list[str] | None, common: Common) -> Any:
     """Run the command; with --traceback, print the traceback of an expected error."""
     from real_bench.cli.printing import say
     from real_bench.errors import Interrupted, RealBenchError

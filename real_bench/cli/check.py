@@ -55,7 +55,7 @@ def check(
     copied for each goal, and hands over its state unchanged: in this process and isolated. Reads
     the options file of a starter kit, and prints the commands to use.
     """
-    from real_bench.phases.checking import commands_to_use, official_options
+    from real_bench.phases.checking import official_options, suggest_commands
     from real_bench.phases.local import LocalBackend
     from real_bench.sandbox import SandboxBackend
     from real_bench.sandbox.visible_files import visible_files
@@ -73,7 +73,7 @@ def check(
     found = {}
     for name, backend in backends.items():
         with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
-            tried_condition, found[name] = _tried(
+            tried_condition, found[name] = _check_conditions(
                 controller, tried_condition, objects or options_of_file.objects, settings, backend
             )
     good = all(finding.good for findings in found.values() for finding in findings)
@@ -82,18 +82,18 @@ def check(
         identity = next(iter(backends.values())).identity(controller, settings)
         commands = [
             shlex.join(c)
-            for c in commands_to_use(controller, identity, tried_condition, options_of_file)
+            for c in suggest_commands(controller, identity, tried_condition, options_of_file)
         ]
     if as_json:
         facts = {name: [asdict(one) for one in findings] for name, findings in found.items()}
         click.echo(json.dumps({"good": good, **facts, "commands": commands}))
     else:
-        _show(found, visible_files(source).withheld(), commands)
+        _show(found, visible_files(source).hidden_names(), commands)
     if not good:
         sys.exit(FAILED)
 
 
-def _tried(
+def _check_conditions(
     controller: str,
     condition: str | None,
     objects: int | None,
@@ -123,14 +123,14 @@ def _tried(
 
 
 def _show(
-    found: Mapping[str, Sequence[Finding]], withheld: Sequence[str], commands: Sequence[str]
+    found: Mapping[str, Sequence[Finding]], hidden_names: Sequence[str], commands: Sequence[str]
 ) -> None:
     for name, findings in found.items():
         click.echo(f"{name}:")
         for finding in findings:
             click.echo(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.detail}")
-    if withheld:
-        click.echo(f"hidden from an isolated controller: {', '.join(withheld)}")
+    if hidden_names:
+        click.echo(f"hidden from an isolated controller: {', '.join(hidden_names)}")
     if commands:
         click.echo("play and test it with:")
         for command in commands:

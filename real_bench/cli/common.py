@@ -59,16 +59,16 @@ def traceback_of(error: BaseException) -> str:
 
 def _flag(*names: str, set_to: bool, **described: Any) -> click.Option:
     return click.Option(
-        names, is_flag=True, expose_value=False, callback=_noted(set_to), **described
+        names, is_flag=True, expose_value=False, callback=_store_flag(set_to), **described
     )
 
 
-def _noted(value: bool) -> Callable[[click.Context, click.Parameter, bool], None]:
-    def note(context: click.Context, parameter: click.Parameter, given: bool) -> None:
+def _store_flag(value: bool) -> Callable[[click.Context, click.Parameter, bool], None]:
+    def store(context: click.Context, parameter: click.Parameter, given: bool) -> None:
         if given:
             setattr(context.ensure_object(Common), str(parameter.name), value)
 
-    return note
+    return store
 
 
 _OPTIONS = (

@@ -50,9 +50,9 @@ def evaluate(
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test_after
 
-    phase = running.plan_of(run, secrets=[out, goals], **given)
+    phase = running.plan_from_options(run, secrets=[out, goals], **given)
     plan = plan_test_after(phase, goals, trial_steps)
-    test = ExtrinsicPhase(plan, running.trials_asked(trials, plan, allow_part=True), out)
+    test = ExtrinsicPhase(plan, running.n_trials_requested(trials, plan, allow_part=True), out)
     check_output(out, overwrite=overwrite)
     proxy = running.play(phase, resume=False, overwrite=overwrite)
     result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)

@@ -16,7 +16,7 @@ Example:
   realbench export run.h5 --to minari --image-size 80x60 --out datasets
 """
 
-LARGEST = 4096
+MAX_SIDE = 4096
 KINDS = ("csv", "parquet", "minari")  # as in exporting/formats.py, which --help must not import
 
 
@@ -30,8 +30,8 @@ def _size(
     if len(sides) != 2 or not all(side.isascii() and side.isdigit() for side in sides):
         raise click.BadParameter(f"{value!r} is not a width and height like 80x60")
     width, height = map(int, sides)
-    if not (1 <= width <= LARGEST and 1 <= height <= LARGEST):
-        raise click.BadParameter(f"{value!r}: width and height must be 1 to {LARGEST}")
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+        raise click.BadParameter(f"{value!r}: width and height must be 1 to {MAX_SIDE}")
     return width, height
 
 

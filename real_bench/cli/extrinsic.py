@@ -46,5 +46,5 @@ def extrinsic(out: Path, as_json: bool, **given: Any) -> None:
     trial lasts 10,000 steps and begins in a fresh world. To judge a result in CI, see
     `realbench score`.
     """
-    result = running.result_of(out=out, allow_part=True, **given)
+    result = running.run_test(out=out, allow_part=True, **given)
     running.show_result(result, out, as_json=as_json)

@@ -78,26 +78,28 @@ def figures(
     from real_bench.figures.saving import prepare_folder
     from real_bench.settings import read_settings
 
-    chosen = FigureOptions(read_settings(settings_file, assignments), seed, run_steps)
+    figure_options = FigureOptions(read_settings(settings_file, assignments), seed, run_steps)
     found = kinds.by_kind(files, kinds.RECORDING, kinds.RESULT)
     prepare_folder(out, overwrite=overwrite)
-    data = _read(found[kinds.RECORDING], found[kinds.RESULT], chosen)
-    summary = _draw_all(data, chosen, out)
+    data = _read(found[kinds.RECORDING], found[kinds.RESULT], figure_options)
+    summary = _draw_all(data, figure_options, out)
     if as_json:
         say(json.dumps(summary))
     else:
         _report(summary, out)
 
 
-def _read(recordings: Sequence[Path], results: Sequence[Path], chosen: FigureOptions) -> FigureData:
+def _read(
+    recordings: Sequence[Path], results: Sequence[Path], figure_options: FigureOptions
+) -> FigureData:
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import read_figure_data
 
     with ProgressDisplay("reading recordings", "recordings", len(recordings)) as display:
-        return read_figure_data(recordings, results, chosen, display.update)
+        return read_figure_data(recordings, results, figure_options, display.update)
 
 
-def _draw_all(data: FigureData, chosen: FigureOptions, out: Path) -> dict[str, Any]:
+def _draw_all(data: FigureData, figure_options: FigureOptions, out: Path) -> dict[str, Any]:
     """Draw and write what can be drawn, then the summary."""
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import FIGURES, facts
@@ -116,7 +118,7 @@ def _draw_all(data: FigureData, chosen: FigureOptions, out: Path) -> dict[str, A
     summary = {
         "drawn": {kind.name: kind.shows for kind in FIGURES if drawings[kind.name]},
         "not_drawn": {kind.name: kind.needs for kind in FIGURES if not drawings[kind.name]},
-        **facts(data, chosen),
+        **facts(data, figure_options),
     }
     save_summary(out, summary)
     return summary

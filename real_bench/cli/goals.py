@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.simulation import Scene
 
-LARGEST_SEED = 2**63 - 1
+MAX_SEED = 2**63 - 1
 
 existing_file = click.Path(exists=True, dir_okay=False, path_type=Path)
 output_file = click.Path(path_type=Path)
@@ -57,7 +57,7 @@ Example:
 """
 
 
-def how_many(default: int) -> dict[str, Any]:
+def goal_count_option(default: int) -> dict[str, Any]:
     """What the options for numbers of goals share."""
     kind = click.IntRange(min=0)
     return {"type": kind, "default": default, "show_default": True, "metavar": "N"}
@@ -74,7 +74,7 @@ def goals() -> None:
 )
 @click.option(
     "--seed",
-    type=click.IntRange(0, LARGEST_SEED),
+    type=click.IntRange(0, MAX_SEED),
     default=0,
     show_default=True,
     metavar="N",
@@ -89,9 +89,11 @@ def goals() -> None:
     help="Draw a secret seed, keep it in a file of its own, and print a commitment to publish.",
 )
 @scene_option
-@click.option("--2d", "n_2d", **how_many(25), help="Goals on the table.")
-@click.option("--25d", "n_25d", **how_many(15), help="Goals on table and shelf.")
-@click.option("--3d", "n_3d", **how_many(10), help="Goals on table and shelf, in any orientation.")
+@click.option("--2d", "n_2d", **goal_count_option(25), help="Goals on the table.")
+@click.option("--25d", "n_25d", **goal_count_option(15), help="Goals on table and shelf.")
+@click.option(
+    "--3d", "n_3d", **goal_count_option(10), help="Goals on table and shelf, in any orientation."
+)
 @options.overwrite_option
 @click.pass_context
 def generate(
@@ -145,14 +147,14 @@ def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.errors import GoalSetError
     from real_bench.goal_sets import load_goal_set
-    from real_bench.goal_sets.secret import drawn_again, read_opening
+    from real_bench.goal_sets.secret import is_reproduced, read_opening
     from real_bench.simulation import load_scene
 
     goal_set, opened = load_goal_set(file), read_opening(opening)
     opened.check(goal_set, commitment)
     if redraw:
         with ProgressDisplay("drawing goals", "goals", len(goal_set)) as display:
-            same = drawn_again(
+            same = is_reproduced(
                 goal_set, opened, load_scene(scene), lambda n_done, _: display.update(n_done)
             )
         if not same:
@@ -172,7 +174,7 @@ def show(file: Path, out: Path | None, overwrite: bool) -> None:
     """Draw a picture of all goals: start and goal side by side."""
     import io
 
-    from real_bench.files import check_output, write_whole
+    from real_bench.files import check_output, write_atomically
     from real_bench.goal_sets import contact_sheet, load_goal_set
 
     sheet = out or file.with_suffix(".png")
@@ -182,7 +184,7 @@ def show(file: Path, out: Path | None, overwrite: bool) -> None:
     goal_set = load_goal_set(file)
     stream = io.BytesIO()
     contact_sheet(goal_set).save(stream, format="PNG")
-    write_whole(sheet, stream.getvalue())
+    write_atomically(sheet, stream.getvalue())
     _report(goal_set, sheet)
 
 
@@ -210,7 +212,7 @@ def _generate_secret(
     scene: Scene, n_objects: int, counts: dict[str, int], out: Path, *, overwrite: bool
 ) -> None:
     from real_bench.cli.progress import ProgressDisplay
-    from real_bench.files import check_output, write_whole
+    from real_bench.files import check_output, write_atomically
     from real_bench.goal_sets import save_goal_set
     from real_bench.goal_sets.secret import draw_secret_goals
 
@@ -221,7 +223,7 @@ def _generate_secret(
             scene, n_objects, counts, lambda n_done, _: display.update(n_done)
         )
     save_goal_set(goal_set, out)
-    write_whole(kept, opening.to_json().encode())
+    write_atomically(kept, opening.to_json().encode())
     for path in (out, kept):
         path.chmod(0o600)
     _report(goal_set, out)

@@ -39,7 +39,7 @@ def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: 
     the recording whatever is not given. Ctrl-C stops it after the current action; --resume
     continues a run that was stopped or killed.
     """
-    phase = running.plan_of(out, resume=resume, **given)
+    phase = running.plan_from_options(out, resume=resume, **given)
     running.play(phase, resume=resume, overwrite=overwrite).close()
     facts = describe_recording(out)
     if as_json:

@@ -129,12 +129,12 @@ json_option: Decorator = click.option(
 
 def setting_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options of both phases: who plays, with what settings, under which condition, where."""
-    return _with(SETTING_OPTIONS, command)
+    return _add_options(SETTING_OPTIONS, command)
 
 
 def testing_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Further options of a test: what to learn from, the goals, where the result goes."""
-    return _with(TESTING_OPTIONS, command)
+    return _add_options(TESTING_OPTIONS, command)
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Isolation:
         backend = SandboxBackend(
             tuple(path for path in secrets if path is not None), Limits(**self.limits)
         )
-        say_sandbox()
+        print_isolation()
         return backend
 
     def check(self) -> None:
@@ -186,10 +186,10 @@ def limit_options(command: Callable[..., Any]) -> Callable[..., Any]:
         given_limits = {name: value for name, value in limits.items() if value is not None}
         return command(limits=given_limits, **given)
 
-    return _with(LIMIT_OPTIONS, with_limits)
+    return _add_options(LIMIT_OPTIONS, with_limits)
 
 
-def say_sandbox() -> None:
+def print_isolation() -> None:
     """Print on standard error what isolates controllers here, and what is not enforced."""
     from real_bench.sandbox import sandbox_support
 
@@ -215,12 +215,12 @@ def isolation_options(*, by_default: bool = False) -> Decorator:
             return command(isolation=Isolation(isolate, limits), **given)
 
         limited = limit_options(with_isolation)
-        return _with((isolate_option(by_default=by_default),), limited)
+        return _add_options((isolate_option(by_default=by_default),), limited)
 
     return decorator
 
 
-def _with(chosen: Iterable[Decorator], command: Callable[..., Any]) -> Callable[..., Any]:
+def _add_options(chosen: Iterable[Decorator], command: Callable[..., Any]) -> Callable[..., Any]:
     """The command with options, in the order in which its help shows them."""
     for option in reversed(tuple(chosen)):
         command = option(command)

@@ -12,7 +12,7 @@ from real_bench.quoting import printable
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-WIDEST = 10_000
+MAX_WIDTH = 10_000
 
 
 class _Lines(logging.Handler):
@@ -32,7 +32,7 @@ def say(text: str, *, err: bool = False) -> None:
     click.echo(printable(text), err=err)
 
 
-def print_tables(*things: RenderableType) -> None:
+def print_tables(*renderables: RenderableType) -> None:
     """Print tables and lines.
 
     Where there is no room, the terminal breaks lines; no column is too narrow for its numbers.
@@ -42,8 +42,12 @@ def print_tables(*things: RenderableType) -> None:
     from rich.table import Table
 
     console = Console(markup=False, emoji=False)
-    parts = [part for thing in things for part in getattr(thing, "renderables", [thing])]
-    free = console.options.update(max_width=WIDEST)
+    parts = [
+        part
+        for renderable in renderables
+        for part in getattr(renderable, "renderables", [renderable])
+    ]
+    free = console.options.update(max_width=MAX_WIDTH)
     needed = [
         Measurement.get(console, free, part).maximum for part in parts if isinstance(part, Table)
     ]

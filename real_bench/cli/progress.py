@@ -27,13 +27,13 @@ from real_bench.cli.common import progress_wanted
 from real_bench.quoting import printable
 
 SECONDS_BETWEEN_LINES = 30.0
-SECONDS_OF_NO_INTEREST = 1.0
+ACTIVITY_DELAY_S = 1.0
 """Shorter activities of a controller are not shown."""
-LEAST_WIDTH = 72
+MIN_WIDTH = 72
 """Width of a terminal in which a bar has room for its numbers; a narrower one gets lines."""
 
 
-def _cut(*, max_width: int | None = None, ratio: int | None = None) -> Column:
+def _truncating_column(*, max_width: int | None = None, ratio: int | None = None) -> Column:
     """A column whose text is cut if there is no room, so that numbers keep theirs."""
     return Column(no_wrap=True, overflow="ellipsis", max_width=max_width, ratio=ratio)
 
@@ -44,7 +44,7 @@ class _NoteColumn(ProgressColumn):
     max_refresh = None
 
     def __init__(self, display: ProgressDisplay) -> None:
-        super().__init__(_cut(ratio=1))  # the room that is left
+        super().__init__(_truncating_column(ratio=1))  # the room that is left
         self._display = display
 
     def render(self, task: Task) -> Text:
@@ -66,12 +66,12 @@ class ProgressDisplay:
         self._title, self._unit, self._total = printable(title), unit, total
         self._console = Console(stderr=True, markup=False, emoji=False)
         self._wanted = progress_wanted()
-        self._live = (
-            self._wanted and self._console.is_terminal and self._console.width >= LEAST_WIDTH
-        )
-        self._console.width = max(self._console.width, LEAST_WIDTH)
+        self._live = self._wanted and self._console.is_terminal and self._console.width >= MIN_WIDTH
+        self._console.width = max(self._console.width, MIN_WIDTH)
         self._bar = Progress(
-            TextColumn("{task.description}", markup=False, table_column=_cut(max_width=24)),
+            TextColumn(
+                "{task.description}", markup=False, table_column=_truncating_column(max_width=24)
+            ),
             BarColumn(bar_width=10),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
@@ -116,9 +116,9 @@ class ProgressDisplay:
             self._began = time.monotonic()
             self._bar.update(self._task, completed=done)
         self._bar.update(self._task, completed=done)
-        self._print_now_and_then()
+        self._print_occasionally()
 
-    def _print_now_and_then(self) -> None:
+    def _print_occasionally(self) -> None:
         """Print a line in a log that has had none for a while."""
         now = time.monotonic()
         if self._wanted and not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
@@ -126,16 +126,16 @@ class ProgressDisplay:
             self._console.print(self._line(), soft_wrap=True, highlight=False)
 
     def _print_while_busy(self) -> None:
-        while not self._ended.wait(SECONDS_OF_NO_INTEREST):
+        while not self._ended.wait(ACTIVITY_DELAY_S):
             if self._busy_with():
-                self._print_now_and_then()
+                self._print_occasionally()
 
     def _busy_with(self) -> str:
         activity = self._activity  # another thread may end it
         if activity is None:
             return ""
         seconds = int(time.monotonic() - activity[1])
-        return f"{activity[0]}, {_clock(seconds)}" if seconds >= SECONDS_OF_NO_INTEREST else ""
+        return f"{activity[0]}, {_clock(seconds)}" if seconds >= ACTIVITY_DELAY_S else ""
 
     def _line(self) -> str:
         done = self._done

@@ -57,14 +57,14 @@ def report(
     from real_bench.report import write_report
 
     check_output(out, overwrite=overwrite)
-    made = _made(files, title, goals, videos, released=released)
+    made = _make_report(files, title, goals, videos, released=released)
     write_report(made, out)
     for remark in made.remarks:
         say(f"realbench: {remark}", err=True)
     say(f"report: {out}")
 
 
-def _made(
+def _make_report(
     files: Sequence[Path],
     title: str,
     goals: Sequence[Path],

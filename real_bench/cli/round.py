@@ -88,17 +88,17 @@ def run(
     if name is not None and name not in competition.rounds:
         known = ", ".join(competition.rounds)
         raise click.UsageError(f"{spec} has no round {name}: use {known}")
-    options.say_sandbox()
-    came: dict[str, list[Standing]] = {}
+    options.print_isolation()
+    standings_by_round: dict[str, list[Standing]] = {}
     broken: dict[str, Failure] = {}
     began = time.monotonic()
     for each in competition.rounds if name is None else [name]:
-        held = RoundRun(competition, each, submissions, jobs, scheduler)
-        came[each], failures = _hold(held, retry=retry, overwrite=overwrite)
+        round_run = RoundRun(competition, each, submissions, jobs, scheduler)
+        standings_by_round[each], failures = _run_round(round_run, retry=retry, overwrite=overwrite)
         broken |= failures
-        _show(held.folder)
+        _show(round_run.folder)
     if cases is not None:
-        cases.write(standings_report(came, time.monotonic() - began).tostring())
+        cases.write(standings_report(standings_by_round, time.monotonic() - began).tostring())
     if broken:
         from real_bench.errors import in_short
 
@@ -107,16 +107,16 @@ def run(
         sys.exit(BROKEN)
 
 
-def _hold(
-    held: RoundRun, *, retry: bool, overwrite: bool
+def _run_round(
+    round_run: RoundRun, *, retry: bool, overwrite: bool
 ) -> tuple[list[Standing], dict[str, Failure]]:
-    with held.own_folder():
-        entries = held.prepare()
-        work = held.missing(entries, retry=retry, overwrite=overwrite)
+    with round_run.lock_folder():
+        entries = round_run.prepare()
+        work = round_run.missing(entries, retry=retry, overwrite=overwrite)
         failures = {}
         if len(work):
-            failures = with_progress(work, partial(held.make, entries, work))
-        return held.settle(entries), failures
+            failures = with_progress(work, partial(round_run.make, entries, work))
+        return round_run.settle(entries), failures
 
 
 def _show(folder: Path) -> None:

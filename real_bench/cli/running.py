@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from real_bench.scoring.result import Result
 
 
-def plan_of(
+def plan_from_options(
     out: Path,
     *,
     settings_file: Path | None,
@@ -65,7 +65,7 @@ def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerP
             return phase.run(report, resume=resume, overwrite=overwrite, activity=display.activity)
 
 
-def result_of(
+def run_test(
     *,
     trials: int | None,
     allow_part: bool,
@@ -107,11 +107,11 @@ def result_of(
         wanted=learned,
         **given,
     )
-    phase = ExtrinsicPhase(plan, trials_asked(trials, plan, allow_part=allow_part), out, jobs)
+    phase = ExtrinsicPhase(plan, n_trials_requested(trials, plan, allow_part=allow_part), out, jobs)
     return run_trials(phase, resume=resume, overwrite=overwrite)
 
 
-def trials_asked(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> int:
+def n_trials_requested(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> int:
     """How many goals to test: ``trials``, or all if None.
 
     Raises UsageError if only a part would be judged without ``allow_part``.

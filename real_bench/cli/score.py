@@ -89,7 +89,7 @@ def score(
     from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
 
-    test_options = _options_of_a_test(context)
+    test_options = _given_test_options(context)
     if files and test_options:
         raise click.UsageError(
             f"{test_options[0]} is for running a test: leave it out, or give no FILES"
@@ -116,7 +116,7 @@ def score(
         written = [None if baseline is None else Path(baseline), markdown, junit]
         try:
             given |= {"secrets": written, "overwrite": overwrite, "allow_part": allow_part}
-            results = [_tested(quiet=as_json, **given)]
+            results = [_run_test(quiet=as_json, **given)]
         except ControllerError as error:
             if error.exit_code != ControllerError.exit_code:  # else the job is broken
                 publish(*verdicts.failure(error, time.monotonic() - began))
@@ -136,7 +136,7 @@ def score(
         sys.exit(NOT_PASSED)
 
 
-def _options_of_a_test(context: click.Context) -> list[str]:
+def _given_test_options(context: click.Context) -> list[str]:
     """The test options that were given, as users write them."""
     return [
         parameter.opts[0]
@@ -159,8 +159,8 @@ def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | Non
     return goal_set.sha256, {**sizes, goal_set.sha256: len(goal_set)}
 
 
-def _tested(*, out: Path, quiet: bool, **given: Any) -> Result:
-    result = running.result_of(out=out, **given)
+def _run_test(*, out: Path, quiet: bool, **given: Any) -> Result:
+    result = running.run_test(out=out, **given)
     if not quiet:
         running.show_result(result, out, as_json=False)
     return result

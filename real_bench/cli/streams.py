@@ -23,10 +23,10 @@ def make_usable() -> None:
         try:
             os.fstat(handle)
         except OSError:
-            nowhere = os.open(os.devnull, os.O_RDWR)  # takes the lowest free handle: this one
-            if nowhere != handle:
-                os.dup2(nowhere, handle)
-                os.close(nowhere)
+            devnull = os.open(os.devnull, os.O_RDWR)  # takes the lowest free handle: this one
+            if devnull != handle:
+                os.dup2(devnull, handle)
+                os.close(devnull)
         if getattr(sys, name) is None:
             setattr(sys, name, open(handle, mode, closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
@@ -45,17 +45,17 @@ def end(line: str, code: int) -> None:
     try:
         sys.stdout.flush()
     except (OSError, ValueError):
-        _to_nowhere(1)
+        _redirect_to_devnull(1)
     try:
         click.echo(f"realbench: {printable(' '.join(line.split()))}", err=True)
     except (OSError, ValueError):
-        _to_nowhere(2)
+        _redirect_to_devnull(2)
     sys.exit(code)
 
 
-def _to_nowhere(handle: int) -> None:
+def _redirect_to_devnull(handle: int) -> None:
     """Keep Python from complaining again, at exit, about what it could not print."""
     with suppress(OSError):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, handle)
-        os.close(nowhere)
+        devnull = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(devnull, handle)
+        os.close(devnull)

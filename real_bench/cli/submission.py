@@ -79,10 +79,10 @@ def check(
     from real_bench.competition.checking import SubmissionCheck
     from real_bench.errors import SubmissionError
     from real_bench.files import Output
-    from real_bench.locks import own_folder
+    from real_bench.locks import temporary_folder
     from real_bench.phases.checking import Finding
     from real_bench.sandbox import Limits
-    from real_bench.submissions.packing import submitted
+    from real_bench.submissions.packing import open_submission
 
     if not place.exists():
         raise click.UsageError(f"submission not found: {place}")
@@ -90,10 +90,10 @@ def check(
     if junit is not None:
         cases = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
     began = time.monotonic()
-    options.say_sandbox()
-    with own_folder("realbench-submission-") as folder:
+    options.print_isolation()
+    with temporary_folder("realbench-submission-") as folder:
         try:
-            found = submitted(place, folder / "submission")
+            found = open_submission(place, folder / "submission")
         except SubmissionError as error:
             findings = [Finding("fails", False, str(error))]
         else:
@@ -102,9 +102,9 @@ def check(
                 findings = list(made.findings())
     good = all(finding.good for finding in findings)
     if cases is not None:
-        from real_bench.competition.junit import checked
+        from real_bench.competition.junit import checks_report
 
-        cases.write(checked(str(place), findings, time.monotonic() - began).tostring())
+        cases.write(checks_report(str(place), findings, time.monotonic() - began).tostring())
     _show(findings, good, as_json=as_json)
     if not good:
         sys.exit(BAD)

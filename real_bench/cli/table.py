@@ -71,19 +71,19 @@ def table(
     from real_bench.sandbox import Limits
 
     if init:
-        _begin(spec, overwrite=overwrite)
+        _write_template(spec, overwrite=overwrite)
         return
     isolation.check()
     limits = Limits(**isolation.limits)
     experiment = Experiment(read_spec(spec), jobs, scheduler, isolation.isolate, limits)
     wanted = experiment.spec.run if run is None else run
     if isolation.isolate:
-        options.say_sandbox()
+        options.print_isolation()
     failures: dict[str, Failure] = {}
     if wanted:
-        with experiment.own_folder():
+        with experiment.lock_folder():
             experiment.prepare()
-            work = experiment.missing(go_on=resume, overwrite=overwrite)
+            work = experiment.missing(resume=resume, overwrite=overwrite)
             if len(work):
                 experiment.check(work)
                 failures = with_progress(work, partial(experiment.make, work))
@@ -91,10 +91,10 @@ def table(
     if failures:
         raise ExperimentError(in_short([failure.detail for failure in failures.values()]))
     if not wanted:
-        _tell_missing(experiment.missing(), spec)
+        _print_missing(experiment.missing(), spec)
 
 
-def _begin(spec: Path, *, overwrite: bool) -> None:
+def _write_template(spec: Path, *, overwrite: bool) -> None:
     """Write an experiment to start from."""
     from real_bench.experiments.spec import write_template
 
@@ -115,7 +115,7 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
         say(draw(spec, rows))
 
 
-def _tell_missing(work: PendingJobs, spec: Path) -> None:
+def _print_missing(work: PendingJobs, spec: Path) -> None:
     if len(work):
         say(
             f"missing: {work}; run them with `realbench table {spec} --run`",

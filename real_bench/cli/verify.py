@@ -126,7 +126,7 @@ def _verify_folder(folder: Path, as_json: bool, limits: dict[str, float], **want
     from real_bench.sandbox import Limits
 
     if wanted.get("n_again", 1) or wanted.get("play_again"):
-        options.say_sandbox()
+        options.print_isolation()
     verdicts = verify_folder(folder, as_json=as_json, limits=Limits(**limits), **wanted)
     if any(not verdict.holds and not verdict.is_undecided for verdict in verdicts):
         sys.exit(DOES_NOT_VERIFY)

@@ -59,20 +59,20 @@ def watch(
     if overwrite and events is None:
         raise click.UsageError("--overwrite needs --tensorboard")
     with ExitStack() as stack, suppress(KeyboardInterrupt):
-        shows: list[Callable[[Moment], None]] = [_json if as_json else _shown(stack)]
+        outputs: list[Callable[[Moment], None]] = [_json if as_json else _open_display(stack)]
         if events is not None:
             from real_bench.watching.tensorboard import EventFiles
 
-            shows.append(stack.enter_context(EventFiles(events, overwrite=overwrite)).add)
-        _show_all(follow(file, every), shows, once=once)
+            outputs.append(stack.enter_context(EventFiles(events, overwrite=overwrite)).add)
+        _show_all(follow(file, every), outputs, once=once)
 
 
 def _show_all(
-    moments: Iterable[Moment], shows: Iterable[Callable[[Moment], None]], *, once: bool
+    moments: Iterable[Moment], outputs: Iterable[Callable[[Moment], None]], *, once: bool
 ) -> None:
     for moment in moments:
-        for show in shows:
-            show(moment)
+        for output in outputs:
+            output(moment)
         if once:
             return
 
@@ -82,7 +82,7 @@ def _json(moment: Moment) -> None:
     say(json.dumps({**facts, "seconds_left": moment.seconds_left}))
 
 
-def _shown(stack: ExitStack) -> Callable[[Moment], None]:
+def _open_display(stack: ExitStack) -> Callable[[Moment], None]:
     """A function that shows moments: on a live screen in a terminal, or else as lines."""
     from rich.console import Console
     from rich.live import Live
@@ -95,7 +95,7 @@ def _shown(stack: ExitStack) -> Callable[[Moment], None]:
     live = stack.enter_context(Live(console=console, auto_refresh=False))
     ascii_only = console.options.ascii_only
 
-    def show(moment: Moment) -> None:
+    def output(moment: Moment) -> None:
         live.update(screen_of(moment, console.width, ascii_only=ascii_only), refresh=True)
 
-    return show
+    return output

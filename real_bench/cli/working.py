@@ -29,8 +29,8 @@ def with_progress(
             now = ", ".join(progress.running[:NAMES_SHOWN])
             more = len(progress.running) - NAMES_SHOWN
             doing = f"now {now}{f' and {more} more' if more > 0 else ''}"
-            if progress.waits_for:
-                doing = f"waiting for {progress.waits_for}"
+            if progress.waiting_for:
+                doing = f"waiting for {progress.waiting_for}"
             note = f"{progress.n_jobs} of {len(work)} jobs done, {doing}"
             display.update(progress.n_steps, note)
 

@@ -111,7 +111,7 @@ class REALRobotEnv(gymnasium.Env[dict[str, Any], dict[str, Any]]):
         self, action: Mapping[str, Any]
     ) -> tuple[dict[str, Any], int, bool, dict[str, Any]]:
         """One step of 5 ms; raises ActionError for an action that is not one."""
-        action = self._actions.known(action)
+        action = self._actions.drop_unknown_keys(action)
         self._task.step(self._task.control.command(action))
         observation = self.get_observation(camera_on=wants_render(action))
         playing = self._task.goal is None

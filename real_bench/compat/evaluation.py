@@ -76,7 +76,7 @@ def evaluate(
         proxy = LocalProxy(ClassSource.of_class(Controller), Controller, {}, task)
         proxy.seed(SEED)
         _play(proxy, task, int(intrinsic_timesteps))
-        return _tested(proxy, task, goals, int(extrinsic_timesteps), extrinsic_trials)
+        return _run_trials(proxy, task, goals, int(extrinsic_timesteps), extrinsic_trials)
     finally:
         task.close()
 
@@ -100,19 +100,19 @@ def _goals(path: Path, scene: Scene, n_objects: int, n_trials: int) -> GoalSet |
 
 
 def _play(proxy: ControllerProxy, task: Task, n_steps: int) -> None:
-    from real_bench.phases.player import at_play
+    from real_bench.phases.player import make_player
 
     if n_steps == 0:
         return
     task.begin()
     proxy.call("start_intrinsic_phase")
-    player = at_play(proxy, task)
+    player = make_player(proxy, task)
     while task.n_steps < n_steps:
         player.play(n_steps - task.n_steps)
     proxy.call("end_intrinsic_phase", player.look(), 0, True)
 
 
-def _tested(
+def _run_trials(
     proxy: ControllerProxy, task: Task, goals: GoalSet | None, trial_steps: int, n_trials: int
 ) -> Scores:
     from real_bench.phases.trial import TrialMaker, TrialPlan

@@ -27,8 +27,8 @@ KEYS = (
     "goal_mask",
     "goal_positions",
 )
-MADE_NONE_WITHOUT_GOAL = frozenset({"goal_mask", "goal_positions"})
-FARTHEST = float(np.finfo(np.float32).max)
+NONE_WITHOUT_GOAL = frozenset({"goal_mask", "goal_positions"})
+MAX_FLOAT32 = float(np.finfo(np.float32).max)
 
 log = logging.getLogger(__name__)
 
@@ -69,7 +69,7 @@ class OfficialActions:
         self._known = frozenset({*control.keys, "render"})
         self._warned = False
 
-    def known(self, action: Any) -> Any:
+    def drop_unknown_keys(self, action: Any) -> Any:
         """The action without unknown keys, with a warning about the first; a non-dict unchanged."""
         if not isinstance(action, Mapping) or action.keys() <= self._known:
             return action
@@ -81,7 +81,7 @@ class OfficialActions:
 
 
 def _value(observation: Observation, key: str) -> Any:
-    if key in MADE_NONE_WITHOUT_GOAL and not observation.has_goal:
+    if key in NONE_WITHOUT_GOAL and not observation.has_goal:
         return None
     value = observation[key]
     if key == "joint_positions":
@@ -93,4 +93,6 @@ def _value(observation: Observation, key: str) -> Any:
 
 def _positions(space: spaces.Space[Any]) -> spaces.Dict:
     assert isinstance(space, spaces.Dict)
-    return spaces.Dict({name: spaces.Box(-FARTHEST, FARTHEST, (3,), np.float64) for name in space})
+    return spaces.Dict(
+        {name: spaces.Box(-MAX_FLOAT32, MAX_FLOAT32, (3,), np.float64) for name in space}
+    )

@@ -17,12 +17,12 @@ log = logging.getLogger(__name__)
 
 def register() -> None:
     """Register ``REALRobot2020-R1J1-v0`` to ``R2M3`` with gymnasium, and with gym if installed."""
-    for name, made_with in _environments().items():
+    for name, kwargs in _environments().items():
         # The environment has the official interface, which gymnasium's wrappers do not know.
         gymnasium.register(
             name,
             ENTRY_POINT,
-            kwargs=made_with,
+            kwargs=kwargs,
             disable_env_checker=True,
             order_enforce=False,
         )
@@ -37,11 +37,11 @@ def _register_with_gym() -> None:
         log.warning("gym is installed but cannot be imported (%s): use gymnasium", error)
         return
     plain = {"disable_env_checker": True, "order_enforce": False}
-    for name, made_with in _environments().items():
+    for name, kwargs in _environments().items():
         try:
-            registration.register(name, entry_point=ENTRY_POINT, kwargs=made_with, **plain)
+            registration.register(name, entry_point=ENTRY_POINT, kwargs=kwargs, **plain)
         except TypeError:  # gym before 0.22 has neither
-            registration.register(name, entry_point=ENTRY_POINT, kwargs=made_with)
+            registration.register(name, entry_point=ENTRY_POINT, kwargs=kwargs)
 
 
 def _environments() -> dict[str, dict[str, Any]]:

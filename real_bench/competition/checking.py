@@ -35,18 +35,18 @@ class SubmissionCheck:
         """Run one check after the other, up to the first that fails."""
         try:
             submission = read_submission(self.folder)
-            yield Finding("says", True, _told(submission))
+            yield Finding("says", True, _describe(submission))
             packages_of(submission)
             wanted = ", ".join(submission.requirements)
             yield Finding("requires", True, wanted or "nothing but realbench")
             source = ControllerSource.of(str(self.folder))
             n_files = len(source.submitted_files())
             yield Finding("hash", True, f"{source.code_sha256} over {counted(n_files, 'file')}")
-            yield from self._at_work(submission)
+            yield from self._controller_findings(submission)
         except RealBenchError as error:
             yield Finding("fails", False, str(error))
 
-    def _at_work(self, submission: Submission) -> Iterator[Finding]:
+    def _controller_findings(self, submission: Submission) -> Iterator[Finding]:
         yield from ControllerCheck(
             str(self.folder),
             Condition.parse(submission.condition),
@@ -57,5 +57,5 @@ class SubmissionCheck:
         ).findings()
 
 
-def _told(submission: Submission) -> str:
+def _describe(submission: Submission) -> str:
     return f"{submission.name}, by {', '.join(submission.authors)}, for {submission.condition}"

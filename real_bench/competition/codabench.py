@@ -18,11 +18,11 @@ from real_bench.competition.spec import MOMENT, Competition, Round
 from real_bench.competition.template import make_template
 from real_bench.counting import counted
 from real_bench.errors import ExperimentError
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.goal_sets import load_goal_set
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.locks import own_folder
-from real_bench.submissions.packing import pack, zipped
+from real_bench.locks import temporary_folder
+from real_bench.submissions.packing import pack, zip_files
 
 IMAGE = "realbench:platform"
 STEPS_A_SECOND, SPARE_S = 500, 600
@@ -83,13 +83,13 @@ def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> lis
         RealBenchError: a file of a round cannot be read.
     """
     files = dict(bundle_files(competition, image))
-    write_whole(out, zipped(files.items()))
+    write_atomically(out, zip_files(files.items()))
     return list(files)
 
 
 def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, bytes]]:
     """Every file of the bundle, by name."""
-    described = json.dumps(_described(competition, image), indent=1)  # JSON is YAML
+    described = json.dumps(_describe(competition, image), indent=1)  # JSON is YAML
     yield "competition.yaml", f"{described}\n".encode()
     yield "logo.png", _logo()
     yield "terms.md", _TERMS.encode()
@@ -99,13 +99,13 @@ def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, by
     yield "ingestion_program.zip", _program("ingestion.py", "ingest", _INGESTION)
     yield "scoring_program.zip", _program("scoring.py", "score", _SCORING)
     for name in competition.rounds:
-        yield f"input_data_{name}.zip", zipped(_input_data(competition, name).items())
-        yield f"reference_data_{name}.zip", zipped(_reference_data(competition, name).items())
+        yield f"input_data_{name}.zip", zip_files(_input_data(competition, name).items())
+        yield f"reference_data_{name}.zip", zip_files(_reference_data(competition, name).items())
     first = next(iter(competition.rounds.values()))
     yield "starting_kit.zip", _starting_kit(first)
 
 
-def _described(competition: Competition, image: str) -> dict[str, Any]:
+def _describe(competition: Competition, image: str) -> dict[str, Any]:
     """The platform's ``competition.yaml``."""
     _check_order(competition)
     return {
@@ -241,11 +241,11 @@ def _reference_data(competition: Competition, name: str) -> dict[str, bytes]:
 def _program(file: str, function: str, paths: str) -> bytes:
     code = _PROGRAM.format(function=function)
     metadata = f"command: python3 /app/program/{file} {paths}\n"
-    return zipped([("metadata.yaml", metadata.encode()), (file, code.encode())])
+    return zip_files([("metadata.yaml", metadata.encode()), (file, code.encode())])
 
 
 def _starting_kit(first: Round) -> bytes:
-    with own_folder("realbench-kit-") as folder:
+    with temporary_folder("realbench-kit-") as folder:
         make_template(folder / "kit", "Random", "Organisers", first.condition)
         pack(folder / "kit", folder / "kit.zip")
         return (folder / "kit.zip").read_bytes()

@@ -13,10 +13,10 @@ from pathlib import Path
 from real_bench.competition.standing import REFUSED, WAITING, Standing
 from real_bench.errors import ControllerError, ExperimentError
 from real_bench.files import check_folder, file_sha256
-from real_bench.locks import own_folder
-from real_bench.source import ControllerSource, is_left_out
+from real_bench.locks import temporary_folder
+from real_bench.source import ControllerSource, is_ignored
 from real_bench.submissions import FROZEN, MANIFEST, Submission, read_submission
-from real_bench.submissions.packing import copied, submitted
+from real_bench.submissions.packing import copy_submission, open_submission
 from real_bench.submissions.requirements import packages_of
 
 _PLAIN = re.compile(r"[^A-Za-z0-9_.+-]")
@@ -49,7 +49,7 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
     """
     if not submissions.is_dir():
         raise ExperimentError(f"folder not found: {submissions}")
-    found = [path for path in sorted(submissions.iterdir()) if _may_be_one(path)]
+    found = [path for path in sorted(submissions.iterdir()) if _is_candidate(path)]
     keys = [_key(path) for path in found]
     if twice := sorted({key for key in keys if keys.count(key) > 1}):
         raise ExperimentError(f"two submissions are called {', '.join(twice)}: rename one")
@@ -59,9 +59,9 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
     return [_entry(path, results / FROZEN, condition) for path in found]
 
 
-def _may_be_one(path: Path) -> bool:
+def _is_candidate(path: Path) -> bool:
     """Whether something is a folder or an archive; nothing else is a submission."""
-    return (path.is_dir() and not is_left_out(path)) or (path.is_file() and path.suffix == ".zip")
+    return (path.is_dir() and not is_ignored(path)) or (path.is_file() and path.suffix == ".zip")
 
 
 def _key(path: Path) -> str:
@@ -70,14 +70,14 @@ def _key(path: Path) -> str:
 
 def _entry(place: Path, frozen: Path, condition: str) -> Entry:
     key, date = _key(place), _date(place)
-    with own_folder("realbench-entry-") as temporary:
+    with temporary_folder("realbench-entry-") as temporary:
         try:
-            folder = submitted(place, temporary / "submission")
+            folder = open_submission(place, temporary / "submission")
             submission = read_submission(folder)
             sha256 = ControllerSource.of(str(folder)).code_sha256
         except (ControllerError, OSError) as error:
             detail = str(error).replace(str(temporary / "submission"), place.name)
-            nobody = Standing(
+            refused = Standing(
                 name=place.stem,
                 authors=(),
                 description="",
@@ -87,7 +87,7 @@ def _entry(place: Path, frozen: Path, condition: str) -> Entry:
                 key=key,
                 date=date,
             )
-            return Entry(nobody, None)
+            return Entry(refused, None)
         standing = Standing(
             name=submission.name,
             authors=submission.authors,
@@ -101,18 +101,18 @@ def _entry(place: Path, frozen: Path, condition: str) -> Entry:
         assert entry.folder is not None
         if not entry.folder.exists():
             _freeze(folder, entry.folder)
-    return _ready(entry, read_submission(entry.folder), condition)
+    return _install_packages(entry, read_submission(entry.folder), condition)
 
 
 def _freeze(folder: Path, to: Path) -> None:
     """Copy a submission; it appears whole."""
-    half = to.with_name(f".{to.name}")
-    shutil.rmtree(half, ignore_errors=True)
-    copied(folder, half)
-    half.replace(to)
+    partial_copy = to.with_name(f".{to.name}")
+    shutil.rmtree(partial_copy, ignore_errors=True)
+    copy_submission(folder, partial_copy)
+    partial_copy.replace(to)
 
 
-def _ready(entry: Entry, submission: Submission, condition: str) -> Entry:
+def _install_packages(entry: Entry, submission: Submission, condition: str) -> Entry:
     """The entry with its packages installed, or refused."""
     detail = ""
     if submission.condition != condition:

@@ -8,7 +8,7 @@ from pathlib import Path
 from real_bench.actions import check_action
 from real_bench.conditions import Condition
 from real_bench.goal_sets import GoalSet
-from real_bench.phases.film import check_films, filmed
+from real_bench.phases.film import check_films, film_trial
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
 from real_bench.task import Task
@@ -32,7 +32,7 @@ def film_result(
             goal = goals.goals[trial.goal]
             name = f"{prefix}-goal{trial.goal:02d}.mp4"
             task.begin(goal)
-            with filmed(task, goal, folder / name, trial.goal):
+            with film_trial(task, goal, folder / name, trial.goal):
                 for action in trial.commands.actions:
                     task.execute(check_action(action, task.control))
             names[trial.goal] = name

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from junitparser import JUnitXml
 
 
-def checked(name: str, findings: Sequence[Finding], seconds: float) -> JUnitXml:
+def checks_report(name: str, findings: Sequence[Finding], seconds: float) -> JUnitXml:
     """The checks of a submission."""
     from junitparser import Failure, JUnitXml, TestCase, TestSuite
 

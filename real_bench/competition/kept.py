@@ -9,7 +9,7 @@ from typing import ClassVar, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from real_bench.errors import ExperimentError, faults
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 
 Kept = TypeVar("Kept", bound="KeptRecord")
 
@@ -25,7 +25,7 @@ class KeptRecord(BaseModel):
     def save(self, folder: Path) -> None:
         """Write it into a folder; it appears whole."""
         text = json.dumps(self.model_dump(mode="json"), indent=1, ensure_ascii=False)
-        write_whole(folder / self.FILE, f"{text}\n".encode())
+        write_atomically(folder / self.FILE, f"{text}\n".encode())
 
     @classmethod
     def load(cls: type[Kept], folder: Path) -> Kept | None:

@@ -20,7 +20,7 @@ from real_bench.quoting import markdown, quoted
 from real_bench.scoring.statistics import OVER_GOALS, OVER_PLAYS_AND_GOALS
 
 ABSENT = "-"
-LONGEST = 300
+MAX_DETAIL_LENGTH = 300
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def title(board: Leaderboard) -> str:
 def notes(board: Leaderboard) -> list[str]:
     """What is to be said below it."""
     facts, rows = board.facts, board.rows
-    lines = [_asked(facts)]
+    lines = [_describe_task(facts)]
     overs = {
         row.summary.score.interval.over
         for row in rows
@@ -130,7 +130,9 @@ def notes(board: Leaderboard) -> list[str]:
         )
     for row in rows:
         if row.standing.status != SCORED and row.standing.detail:
-            lines.append(f"{quoted(row.standing.name)}: {quoted(row.standing.detail, LONGEST)}")
+            lines.append(
+                f"{quoted(row.standing.name)}: {quoted(row.standing.detail, MAX_DETAIL_LENGTH)}"
+            )
     if facts.failure == ZERO and any(row.summary is None for row in rows):
         lines.append("a failed submission counts as 0")
     if facts.hidden:
@@ -166,7 +168,7 @@ def markdown_table(board: Leaderboard) -> str:
     return f"### {markdown(title(board))}\n\n{table}\n{below}"
 
 
-def _asked(facts: RoundFacts) -> str:
+def _describe_task(facts: RoundFacts) -> str:
     objects = counted(facts.objects, "object")
     plays = {
         "own": f"{facts.steps:,} steps of play",

@@ -14,7 +14,7 @@ from real_bench.competition.spec import read_competition
 from real_bench.competition.standing import SCORED, Standing
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.locks import own_folder
+from real_bench.locks import temporary_folder
 from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.scoring.result import load_result
 from real_bench.verification import ResultVerification
@@ -36,24 +36,24 @@ def ingest(submission: Path, data: Path, output: Path) -> None:
     """
     competition = read_competition(data / ROUND_FILE)
     (name,) = competition.rounds
-    with own_folder("realbench-platform-") as folder:
+    with temporary_folder("realbench-platform-") as folder:
         shutil.copytree(submission, folder / "submissions" / HANDED_IN)
         for goals in data.iterdir():
             shutil.copy(goals, folder / goals.name)
-        held = RoundRun(
+        round_run = RoundRun(
             read_competition(folder / ROUND_FILE), name, folder / "submissions", n_at_once=1
         )
-        with held.own_folder():
-            entries = held.prepare()
-            broken = held.make(entries, held.missing(entries), lambda progress: None)
-            (standing,) = held.settle(entries)
+        with round_run.lock_folder():
+            entries = round_run.prepare()
+            broken = round_run.make(entries, round_run.missing(entries), lambda progress: None)
+            (standing,) = round_run.settle(entries)
         if broken:
             raise ExperimentError("; ".join(failure.detail for failure in broken.values()))
-        home = held.home(entries[0])
+        home = round_run.home(entries[0])
         output.mkdir(parents=True, exist_ok=True)
         for file in (*home.glob("seed*.json"), home / Standing.FILE):
             shutil.copy(file, output / file.name)
-        shutil.copy(held.folder / RoundFacts.FILE, output / RoundFacts.FILE)
+        shutil.copy(round_run.folder / RoundFacts.FILE, output / RoundFacts.FILE)
     print(f"{standing.name}: {standing.status}{f', {standing.detail}' if standing.detail else ''}")
 
 

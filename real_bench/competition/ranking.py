@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.competition.standing import SCORED, WAITING, Standing
-from real_bench.competition.verified import Verified, load_verified
+from real_bench.competition.verified import KeptVerdict, load_verified
 from real_bench.errors import ExperimentError
 from real_bench.files import file_sha256
 from real_bench.scoring.comparison import MetricComparison, compare
@@ -38,7 +38,7 @@ class Row:
     files: tuple[Path, ...] = ()
     results: tuple[Result, ...] = ()
     summary: RepeatsSummary | None = None
-    verified: Verified | None = None
+    verified: KeptVerdict | None = None
     rank: int | None = None
     against_first: MetricComparison | None = None
 

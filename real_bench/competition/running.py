@@ -17,10 +17,10 @@ from real_bench.competition.standing import (
     SCORED,
     STATUS_OF,
     WAITING,
-    Failed,
+    FailureRecord,
     Standing,
 )
-from real_bench.experiments.job_state import not_of_this, refusal, state_of
+from real_bench.experiments.job_state import mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
 from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
@@ -60,7 +60,7 @@ class RoundRun:
         return self.competition.results_folder / self.name
 
     @contextlib.contextmanager
-    def own_folder(self) -> Iterator[None]:
+    def lock_folder(self) -> Iterator[None]:
         """The round's folder, in which no other process holds the same."""
         check_folder(self.folder, make=True)
         with write_lock(self.folder / "round"):
@@ -109,17 +109,19 @@ class RoundRun:
                 if {scoring.name, *([play.name] if play else [])} & set(standing.failures):
                     continue
                 state = state_of(scoring)
-                wrong += [not_of_this(scoring, state.misfits)] if state.misfits else []
-                if state.reached == "done" and not state.misfits:
+                wrong += [mismatch_message(scoring, state.mismatches)] if state.mismatches else []
+                if state.reached == "done" and not state.mismatches:
                     continue
                 scorings.append(scoring)
                 if play is not None:
                     played = state_of(play)
-                    wrong += [not_of_this(play, played.misfits)] if played.misfits else []
-                    if played.reached != "done" or played.misfits:
+                    wrong += (
+                        [mismatch_message(play, played.mismatches)] if played.mismatches else []
+                    )
+                    if played.reached != "done" or played.mismatches:
                         plays.append(play)
         if wrong and not overwrite:
-            raise refusal(wrong)
+            raise mismatch_error(wrong)
         return PendingJobs(tuple(plays), tuple(scorings))
 
     def make(
@@ -130,7 +132,7 @@ class RoundRun:
         Raises:
             Interrupted: the user stopped it.
         """
-        whose = {
+        entry_of = {
             job.name: entry
             for entry in entries
             if entry.folder is not None
@@ -141,7 +143,7 @@ class RoundRun:
 
         def keep(job: Job, failure: Failure) -> None:
             if failure.kind in STATUS_OF:
-                self._keep(whose[job.name], job, failure)
+                self._keep(entry_of[job.name], job, failure)
 
         workplace = Workplace(self.folder, self.n_at_once, self.scheduler)
         failures = workplace.do(work, update, keep)
@@ -178,7 +180,7 @@ class RoundRun:
             play = None
             if this_round.play == "own":
                 play = PlayJob(
-                    **self._shared(
+                    **self._shared_fields(
                         entry, seed, f"{entry.standing.key}-play{seed}", f"seed{seed}.h5"
                     ),
                     steps=this_round.steps,
@@ -186,7 +188,9 @@ class RoundRun:
                 )
             run, length = (play.out, play.steps) if play else given[number] if given else (None, 0)
             scoring = ScoringJob(
-                **self._shared(entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"),
+                **self._shared_fields(
+                    entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"
+                ),
                 trial_steps=this_round.trial_steps,
                 goals=self.competition.goals(self.name),
                 n_goals=len(self._goals),
@@ -198,7 +202,7 @@ class RoundRun:
             pairs.append((play, scoring))
         return pairs
 
-    def _shared(self, entry: Entry, seed: int, name: str, file: str) -> dict[str, Any]:
+    def _shared_fields(self, entry: Entry, seed: int, name: str, file: str) -> dict[str, Any]:
         """What a play and a test have in common."""
         return {
             "name": name,
@@ -233,7 +237,7 @@ class RoundRun:
         for place in (f"controller {entry.folder}: ", f"controller {entry.folder} "):
             detail = detail.replace(place, "")
         detail = detail.replace(f"{entry.folder}/", "")
-        failed = Failed(
+        failed = FailureRecord(
             status=STATUS_OF[failure.kind],
             detail=f"{'play' if isinstance(job, PlayJob) else 'test'}, {detail}",
             seconds=round(failure.seconds, 1),

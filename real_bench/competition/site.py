@@ -12,10 +12,10 @@ from real_bench.competition.leaderboard import Leaderboard, cells, headings, not
 from real_bench.competition.ranking import Row
 from real_bench.competition.round_file import RoundFacts
 from real_bench.errors import GoalSetError
-from real_bench.files import OutputError, check_folder, write_whole
+from real_bench.files import OutputError, check_folder, write_atomically
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.quoting import printable
-from real_bench.report.parts import Tested, read_tested
+from real_bench.report.parts import ResultEntry, read_tested
 from real_bench.simulation import load_scene
 from real_bench.version import __version__
 
@@ -39,7 +39,7 @@ class Page:
     name: str
     board: Leaderboard
     row: Row
-    tests: tuple[tuple[Tested, dict[int, str]], ...]
+    tests: tuple[tuple[ResultEntry, dict[int, str]], ...]
 
 
 def write_site(
@@ -61,11 +61,11 @@ def write_site(
             names[board.facts.name, row.standing.key] = name
             shot = folder / FILMS if films else None
             page = Page(name, board, row, tuple(_tests(board.facts, row, goals, shot)))
-            _write(folder / name, _rendered("submission", page=page))
-    index = _rendered("index", boards=boards, names=names)
+            _write(folder / name, _render("submission", page=page))
+    index = _render("index", boards=boards, names=names)
     _write(folder / "index.html", index)
-    write_whole(folder / "leaderboard.json", _json(boards))
-    write_whole(folder / MARK, json.dumps({"realbench": __version__}).encode())
+    write_atomically(folder / "leaderboard.json", _json(boards))
+    write_atomically(folder / MARK, json.dumps({"realbench": __version__}).encode())
     return remarks
 
 
@@ -102,7 +102,7 @@ def _goals(facts: RoundFacts, remarks: list[str]) -> GoalSet | None:
 
 def _tests(
     facts: RoundFacts, row: Row, goals: GoalSet | None, films: Path | None
-) -> Iterator[tuple[Tested, dict[int, str]]]:
+) -> Iterator[tuple[ResultEntry, dict[int, str]]]:
     """What is shown of the goals, trial by trial."""
     if facts.hidden:
         return
@@ -118,7 +118,7 @@ def _tests(
         yield read_tested(file, (), sets), shown
 
 
-def _rendered(name: str, **values: object) -> str:
+def _render(name: str, **values: object) -> str:
     """A page. All text is escaped."""
     from jinja2 import Environment, StrictUndefined
 
@@ -144,7 +144,7 @@ def _rendered(name: str, **values: object) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    write_whole(path, text.encode())
+    write_atomically(path, text.encode())
 
 
 def _json(boards: Sequence[Leaderboard]) -> bytes:

@@ -14,9 +14,9 @@ from pydantic import (
 )
 
 from real_bench.errors import ExperimentError, RealBenchError, faults
-from real_bench.fields import ConditionName, Described, Name, Record, Seed, Steps
+from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.nearest import what_there_is
+from real_bench.nearest import unknown_name_hint
 from real_bench.sandbox.limits import Limits
 from real_bench.yaml_files import read_mapping
 
@@ -62,7 +62,7 @@ class Round(Record):
 
     @field_validator("start", "end")
     @classmethod
-    def _is_a_moment(cls, text: str) -> str:
+    def _check_moment(cls, text: str) -> str:
         if text:
             try:
                 datetime.strptime(text, MOMENT)
@@ -72,7 +72,7 @@ class Round(Record):
 
     @field_validator("limits", mode="before")
     @classmethod
-    def _limits_are_possible(cls, values: Any) -> Any:
+    def _parse_limits(cls, values: Any) -> Any:
         if not isinstance(values, dict):
             return values
         try:
@@ -81,7 +81,7 @@ class Round(Record):
             raise ValueError(f"{error} (memory_gib, call_s, total_s)") from error
 
     @model_validator(mode="after")
-    def _recordings_fit(self) -> Round:
+    def _check_recordings(self) -> Round:
         if (self.play == "given") != bool(self.recordings):
             raise ValueError("recordings go with `play: given`, and only with it")
         if self.play == "given" and self.repeats not in (1, len(self.recordings)):
@@ -94,7 +94,7 @@ class Round(Record):
         return range(self.seed, self.seed + (len(self.recordings) or self.repeats))
 
 
-class Competition(Described):
+class Competition(SpecFile):
     """The rounds of a competition.
 
     Attributes:
@@ -112,7 +112,7 @@ class Competition(Described):
     @property
     def scene_source(self) -> str:
         """What the scene is found by, from anywhere."""
-        return self.scene_found_by(self.scene)
+        return self.resolve_scene(self.scene)
 
     def goals(self, name: str) -> Path:
         """The goal set of a round."""
@@ -131,5 +131,5 @@ def read_competition(path: Path) -> Competition:
             {"title": path.stem, **values, "folder": path.resolve().parent}
         )
     except ValidationError as error:
-        found = faults(error, unknown=what_there_is(Competition, {"folder"}))
+        found = faults(error, unknown=unknown_name_hint(Competition, {"folder"}))
         raise ExperimentError(f"{path} is not valid: {found}") from error

@@ -27,7 +27,7 @@ STATUS_OF: dict[str, Status] = {
 """By the class of the error that ended a job. Any other error is not the submission's fault."""
 
 
-class Failed(BaseModel):
+class FailureRecord(BaseModel):
     """What ended a job: the status it gives, the reason in a line, and the time it took."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -61,10 +61,10 @@ class Standing(KeptRecord):
     date: str
     status: Status
     detail: str = ""
-    failures: dict[str, Failed] = Field(default_factory=dict)
+    failures: dict[str, FailureRecord] = Field(default_factory=dict)
     seconds: float = 0.0
 
-    def with_failure(self, job: str, failed: Failed) -> Standing:
+    def with_failure(self, job: str, failed: FailureRecord) -> Standing:
         """The same with one more failure; the first by name is shown."""
         failures = dict(sorted({**self.failures, job: failed}.items()))
         first = next(iter(failures.values()))

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from real_bench.errors import SubmissionError
-from real_bench.files import check_folder, write_whole
+from real_bench.files import check_folder, write_atomically
 from real_bench.submissions import MANIFEST, read_submission
 
 _MANIFEST = """\
@@ -64,8 +64,8 @@ def make_template(folder: Path, name: str, author: str, condition: str) -> None:
     content = _MANIFEST.format(
         name=json.dumps(name), author=json.dumps(author), condition=condition
     )
-    write_whole(folder / "controller.py", CONTROLLER.encode())
-    write_whole(folder / MANIFEST, content.encode())
+    write_atomically(folder / "controller.py", CONTROLLER.encode())
+    write_atomically(folder / MANIFEST, content.encode())
     try:
         read_submission(folder)
     except SubmissionError:

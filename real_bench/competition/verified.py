@@ -13,7 +13,7 @@ from real_bench.files import file_sha256
 from real_bench.verification import BundleVerdict
 
 
-class Verified(KeptRecord):
+class KeptVerdict(KeptRecord):
     """A verdict on results.
 
     Attributes:
@@ -31,9 +31,9 @@ class Verified(KeptRecord):
     date: str
 
 
-def load_verified(home: Path, results: Sequence[str]) -> Verified | None:
+def load_verified(home: Path, results: Sequence[str]) -> KeptVerdict | None:
     """The verdict on results of these hashes; None if there is none."""
-    verified = Verified.load(home)
+    verified = KeptVerdict.load(home)
     return verified if verified and set(results) <= set(verified.results) else None
 
 
@@ -47,7 +47,7 @@ def keep_verdicts(verdicts: Sequence[BundleVerdict]) -> None:
         if not (home / Standing.FILE).exists() or any(each.is_undecided for each in mine):
             continue
         worst = next((verdict for verdict in mine if not verdict.holds), mine[0])
-        Verified(
+        KeptVerdict(
             results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
             holds=worst.holds,
             detail=worst.detail,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from real_bench.simulation import Segment, Simulation
     from real_bench.simulation.scene import Limits
 
-MOST_POINTS = 10
+MAX_POINTS = 10
 
 
 class CartesianControl(Control):
@@ -47,7 +47,7 @@ class CartesianControl(Control):
     @classmethod
     def random_action(cls, boxes: Boxes, random: np.random.Generator) -> Action:
         """1 to 10 poses of the gripper with random orientations, for equal parts of the action."""
-        n_points = int(random.integers(1, MOST_POINTS, endpoint=True))
+        n_points = int(random.integers(1, MAX_POINTS, endpoint=True))
         return Action.poses([_random_pose(boxes, random) for _ in range(n_points)])
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class CartesianControl(Control):
             self._pose, self._arm = pose, solution[:7]
         yield (*self._arm, *command[7:].tolist()), n_steps
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Solve the next pose again."""
         self._pose = None
 

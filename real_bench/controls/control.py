@@ -69,7 +69,7 @@ class Control(ABC):
     def segments(self, command: Command, n_steps: int, simulation: Simulation) -> Iterator[Segment]:
         """Joint commands for the next steps, made as they are needed."""
 
-    def forget(self) -> None:  # noqa: B027  most have nothing to forget
+    def reset(self) -> None:  # noqa: B027  most have nothing to forget
         """A new world has begun: forget what was commanded in the old one."""
 
 

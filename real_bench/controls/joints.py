@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from real_bench.simulation import Segment, Simulation
     from real_bench.simulation.scene import Limits
 
-MOST_POINTS = 10
+MAX_POINTS = 10
 
 
 class JointControl(Control):
@@ -36,7 +36,7 @@ class JointControl(Control):
     @classmethod
     def random_action(cls, boxes: Boxes, random: np.random.Generator) -> Action:
         """Through 1 to 10 via points, and home again."""
-        n_points = int(random.integers(1, MOST_POINTS, endpoint=True))
+        n_points = int(random.integers(1, MAX_POINTS, endpoint=True))
         return Action.via_points([draw(boxes, "joint_command", random) for _ in range(n_points)])
 
     def command(self, action: Mapping[str, Any]) -> Command:

@@ -70,7 +70,7 @@ class MacroControl(Control):
             n_steps -= held
             yield joints, held
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         """Plan the next macro again."""
         self._macro = None
 

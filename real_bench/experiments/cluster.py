@@ -11,8 +11,8 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps, job_from_json
 from real_bench.experiments.process import Processes, WorkerLostError
-from real_bench.files import write_whole
-from real_bench.locks import own_folder
+from real_bench.files import write_atomically
+from real_bench.locks import temporary_folder
 
 SECONDS_TO_CONNECT = 10
 SECONDS_WITHOUT_WORKERS = 600
@@ -20,7 +20,7 @@ AT_ONCE = 64
 """Jobs given to the scheduler at a time; it passes them on as workers come and go."""
 
 
-class NotWantedError(Exception):
+class JobCancelledError(Exception):
     """The client that asked for a job is gone."""
 
 
@@ -58,7 +58,7 @@ class Cluster:
         except OSError:
             return 0
 
-    def waits_for(self) -> str:
+    def waiting_for(self) -> str:
         """A worker, while there is none.
 
         Raises:
@@ -94,7 +94,7 @@ class Cluster:
             _on_worker, job.model_dump_json(), contents, self._topic, pure=False
         )
         try:
-            write_whole(job.out, future.result())
+            write_atomically(job.out, future.result())
         except (KilledWorker, FutureCancelledError) as error:
             raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
         finally:
@@ -118,20 +118,20 @@ def _on_worker(text: str, contents: dict[str, bytes], topic: str) -> bytes:
     worker = get_worker()
     key = worker.get_current_task()
     sent = _job(text)
-    with own_folder("realbench-job-") as folder:
-        job = _moved(sent, contents, folder)
+    with temporary_folder("realbench-job-") as folder:
+        job = _relocate(sent, contents, folder)
 
         def report(done: int, busy: str = "") -> None:
             known = worker.state.tasks.get(key)
             if known is None or known.state == "cancelled":
-                raise NotWantedError
+                raise JobCancelledError
             worker.log_event(topic, {"job": sent.name, "done": done, "busy": busy})
 
         Processes().do(job, report)
         return job.out.read_bytes()
 
 
-def _moved(job: Job, contents: dict[str, bytes], folder: Path) -> Job:
+def _relocate(job: Job, contents: dict[str, bytes], folder: Path) -> Job:
     """The same job with its files in another folder, where they are written."""
     places = {field: folder / f"{field}{job.inputs[field].suffix}" for field in contents}
     for field, content in contents.items():

@@ -14,7 +14,7 @@ from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import as_validated, merged
-from real_bench.source import ControllerSource, is_code_of, is_installed, recorded_as
+from real_bench.source import ControllerSource, has_code_hash, is_installed, recorded_name
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,12 @@ class JobState:
 
     Attributes:
         reached: whether its file is there and complete.
-        misfits: what in the file does not fit the job.
+        mismatches: what in the file does not fit the job.
         result: what a test's file holds.
     """
 
     reached: Literal["missing", "unfinished", "done"]
-    misfits: tuple[str, ...] = ()
+    mismatches: tuple[str, ...] = ()
     result: Result | None = None
 
 
@@ -39,22 +39,22 @@ def state_of(job: Job) -> JobState:
     if isinstance(job, PlayJob):
         return _state_of_play(job)
     result = load_result(job.out)
-    misfits = tuple(_misfits(job, result))
+    mismatches = tuple(_mismatches(job, result))
     done = len(result.trials) == job.n_goals
-    return JobState("done" if done else "unfinished", misfits, result)
+    return JobState("done" if done else "unfinished", mismatches, result)
 
 
-def not_of_this(job: Job, reasons: Sequence[str]) -> str:
+def mismatch_message(job: Job, reasons: Sequence[str]) -> str:
     """The message about a file that does not fit its job."""
     return f"{job.out.name} does not belong to this experiment: {'; '.join(reasons)}"
 
 
-def refusal(wrong: Sequence[str]) -> ExperimentError:
+def mismatch_error(wrong: Sequence[str]) -> ExperimentError:
     """The error for files that do not belong to the experiment, and what to do about them."""
     return ExperimentError(f"{in_short(wrong)}. Move them away, or replace them with --overwrite")
 
 
-def _misfits(job: ScoringJob, result: Result) -> list[str]:
+def _mismatches(job: ScoringJob, result: Result) -> list[str]:
     """What in a result does not fit the job."""
     from real_bench.files import file_sha256
 
@@ -67,8 +67,8 @@ def _misfits(job: ScoringJob, result: Result) -> list[str]:
     # a part of the goals is fine: the test goes on
     if setting.n_goals not in (None, job.n_goals) or setting.set_size > job.n_goals:
         reasons.append(f"{counted(setting.set_size, 'goal')}, not {job.n_goals}")
-    reasons += _controller_misfits(job, setting.controller, setting.controller_sha256)
-    reasons += _setting_misfits(job, setting.settings)
+    reasons += _controller_mismatches(job, setting.controller, setting.controller_sha256)
+    reasons += _setting_mismatches(job, setting.settings)
     if job.goals_sha256 not in ("", setting.goals_sha256):
         reasons.append(f"other goals than {job.goals.name}")
     if job.run and job.run.exists() and file_sha256(job.run) != setting.run_sha256:
@@ -94,8 +94,8 @@ def _state_of_play(job: PlayJob) -> JobState:
     )
     if job.images and not header.images:
         reasons.append("no images")
-    reasons += _controller_misfits(job, header.controller, header.controller_sha256)
-    reasons += _setting_misfits(job, header.settings)
+    reasons += _controller_mismatches(job, header.controller, header.controller_sha256)
+    reasons += _setting_mismatches(job, header.settings)
     return JobState("done" if ended else "unfinished", tuple(reasons))
 
 
@@ -107,18 +107,18 @@ def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[st
     ]
 
 
-def _controller_misfits(job: Job, named: str, sha256: str) -> list[str]:
+def _controller_mismatches(job: Job, named: str, sha256: str) -> list[str]:
     """A file is known by its name and content, since it may come from another folder."""
-    wanted_name = recorded_as(job.controller)
+    wanted_name = recorded_name(job.controller)
     if without_folder(named) != without_folder(wanted_name):
         return _differences({"controller": named}, {"controller": wanted_name})
     source = ControllerSource.of(job.controller)
-    if source.file is not None and not is_code_of(source, sha256):
+    if source.file is not None and not has_code_hash(source, sha256):
         return [f"{source.file.name}, or a file beside it, has changed since"]
     return []
 
 
-def _setting_misfits(job: Job, found: Mapping[str, Any]) -> list[str]:
+def _setting_mismatches(job: Job, found: Mapping[str, Any]) -> list[str]:
     """Settings that are given must agree; the others may have new defaults."""
     wanted, found = (json.loads(json.dumps(values)) for values in (job.settings, found))
     if merged(found, wanted) != found:

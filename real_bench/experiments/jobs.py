@@ -21,7 +21,7 @@ from real_bench.errors import (
     ResultError,
     in_short,
 )
-from real_bench.phases.activity import Activity, unwatched
+from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
 from real_bench.sandbox.limits import Limits
@@ -101,7 +101,7 @@ class _Job(BaseModel, ABC):
         """The files it needs, by field."""
 
     @abstractmethod
-    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+    def do(self, report: OnSteps, activity: Activity = ignore_activity) -> None:
         """Do it, and write the file; raises RealBenchError.
 
         Args:
@@ -115,14 +115,14 @@ class PlayJob(_Job):
 
     Attributes:
         steps, images: of the phase.
-        go_on: continue an interrupted recording; otherwise start over, since a resumed run is not
+        resume: continue an interrupted recording; otherwise start over, since a resumed run is not
             bit for bit the uninterrupted one.
     """
 
     kind: Literal["play"] = "play"
     steps: int
     images: bool | None
-    go_on: bool = False
+    resume: bool = False
 
     @property
     def n_steps(self) -> int:  # noqa: D102
@@ -132,7 +132,7 @@ class PlayJob(_Job):
     def inputs(self) -> dict[str, Path]:  # noqa: D102
         return {}
 
-    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+    def do(self, report: OnSteps, activity: Activity = ignore_activity) -> None:
         """Play."""
         from real_bench.phases.intrinsic import IntrinsicPhase
         from real_bench.simulation import load_scene
@@ -151,8 +151,8 @@ class PlayJob(_Job):
         )
         phase.run(
             lambda progress: report(progress.n_steps),
-            resume=self.go_on,
-            overwrite=not self.go_on,
+            resume=self.resume,
+            overwrite=not self.resume,
             activity=activity,
         )
 
@@ -185,7 +185,7 @@ class ScoringJob(_Job):
     def inputs(self) -> dict[str, Path]:  # noqa: D102
         return {"goals": self.goals, **({"run": self.run} if self.run else {})}
 
-    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+    def do(self, report: OnSteps, activity: Activity = ignore_activity) -> None:
         """Test; continues a result of the same test."""
         from real_bench.goal_sets import load_goal_set
         from real_bench.phases.extrinsic import ExtrinsicPhase
@@ -233,7 +233,7 @@ class CheckJob(BaseModel):
     jobs: tuple[Annotated[Job, Field(discriminator="kind")], ...]
     plays: dict[str, PlayJob]
 
-    def do(self, report: OnSteps, activity: Activity = unwatched) -> None:
+    def do(self, report: OnSteps, activity: Activity = ignore_activity) -> None:
         """Try each of them; raises ControllerError with all that is wrong."""
         wrong: dict[str, str] = {}
         for number, job in enumerate(self.jobs):
@@ -251,7 +251,7 @@ class CheckJob(BaseModel):
 
         condition = Condition.parse(job.condition)
         if isinstance(job, ScoringJob) and job.play in self.plays:
-            self._check_it_can_learn(job, self.plays[job.play], condition)
+            self._check_can_learn(job, self.plays[job.play], condition)
         scene = load_scene(job.scene)
         check = ControllerCheck(
             job.controller, condition, scene, job.objects, job.settings, job.backend
@@ -260,7 +260,7 @@ class CheckJob(BaseModel):
             if not finding.good:
                 raise ControllerError(finding.detail)
 
-    def _check_it_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
+    def _check_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
         """Raise ControllerError if a play lacks the images that a test would learn from."""
         if condition.sees_objects or not Condition.parse(play.condition).sees_objects:
             return

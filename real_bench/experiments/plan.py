@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from real_bench.counting import counted
-from real_bench.experiments.job_state import JobState, not_of_this, refusal, state_of
+from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
 from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
 from real_bench.sandbox.limits import Limits
@@ -86,7 +86,9 @@ class ExperimentPlan:
         spec, play = self._spec, self.play(cell, seed)
         return [
             ScoringJob(
-                **self._told(f"{cell.name}-seed{seed}-{goals}", cell, cell.objects, seed, ".json"),
+                **self._shared_fields(
+                    f"{cell.name}-seed{seed}-{goals}", cell, cell.objects, seed, ".json"
+                ),
                 trial_steps=spec.trial_steps,
                 goals=spec.goal_file(goals, cell.objects),
                 n_goals=self._goals[goals, cell.objects][0],
@@ -105,7 +107,7 @@ class ExperimentPlan:
             return None
         name, play = found
         return PlayJob(
-            **self._told(f"{name}-seed{seed}", play, cell.objects, seed, ".h5"),
+            **self._shared_fields(f"{name}-seed{seed}", play, cell.objects, seed, ".h5"),
             steps=self._spec.steps,
             images=play.images,
         )
@@ -125,11 +127,11 @@ class ExperimentPlan:
                         job.settings_in_full()
                     checked.append((job.controller, job.settings))
 
-    def left(self, *, go_on: bool = False, overwrite: bool = False) -> PendingJobs:
+    def pending(self, *, resume: bool = False, overwrite: bool = False) -> PendingJobs:
         """What is left to do: unfinished tests, and the plays they need.
 
         Args:
-            go_on: continue interrupted recordings instead of starting over.
+            resume: continue interrupted recordings instead of starting over.
             overwrite: replace files that do not fit the experiment.
 
         Raises:
@@ -137,13 +139,13 @@ class ExperimentPlan:
         """
         repeats = [(cell, seed) for cell in self._spec.cells for seed in self._spec.seeds(cell)]
         tests = [job for repeat in repeats for job in self.scorings(*repeat)]
-        scorings = self._left(tests, overwrite)
+        scorings = self._pending(tests, overwrite)
         needed = {job.play for job in scorings}
         jobs = [self.play(*repeat) for repeat in repeats]
         plays = {job.name: job for job in jobs if job and job.name in needed}
-        to_play = self._left(list(plays.values()), overwrite)
+        to_play = self._pending(list(plays.values()), overwrite)
         return PendingJobs(
-            tuple(job.model_copy(update={"go_on": go_on}) for job in to_play), tuple(scorings)
+            tuple(job.model_copy(update={"resume": resume}) for job in to_play), tuple(scorings)
         )
 
     def draw_goals(self) -> Iterator[str]:
@@ -160,31 +162,33 @@ class ExperimentPlan:
                 drawn = generate_goal_set(scene, objects, source.seed, counts=_counts(source))
                 save_goal_set(drawn, path)
 
-    def _told(
-        self, name: str, who: Cell | Play, objects: int, seed: int, suffix: str
+    def _shared_fields(
+        self, name: str, player: Cell | Play, objects: int, seed: int, suffix: str
     ) -> dict[str, Any]:
         """What plays and tests share."""
         return {
             "name": name,
-            "controller": self._spec.controller(who.controller),
-            "condition": who.condition,
+            "controller": self._spec.controller(player.controller),
+            "condition": player.condition,
             "objects": objects,
             "scene": self._spec.scene_source,
             "scene_name": self._scene_name,
             "seed": seed,
-            "settings": who.settings,
+            "settings": player.settings,
             "out": self._spec.results_folder / f"{name}{suffix}",
             "isolate": self._isolate,
             "limits": self._limits,
         }
 
-    def _left(self, jobs: Sequence[_T], overwrite: bool) -> list[_T]:
+    def _pending(self, jobs: Sequence[_T], overwrite: bool) -> list[_T]:
         """What is not done yet, or must be done again."""
         states = [(job, self.state(job)) for job in jobs]
-        wrong = [not_of_this(job, state.misfits) for job, state in states if state.misfits]
+        wrong = [
+            mismatch_message(job, state.mismatches) for job, state in states if state.mismatches
+        ]
         if wrong and not overwrite:
-            raise refusal(wrong)
-        return [job for job, state in states if state.misfits or state.reached != "done"]
+            raise mismatch_error(wrong)
+        return [job for job, state in states if state.mismatches or state.reached != "done"]
 
     @cached_property
     def _goals(self) -> dict[tuple[str, int], tuple[int, str]]:

@@ -70,7 +70,7 @@ class Processes:
         if "finished" not in ended:
             raise WorkerLostError(f"{job.name}: its process died ({_cause(process.returncode)})")
 
-    def waits_for(self) -> str:
+    def waiting_for(self) -> str:
         """Nothing: a process can always be started."""
         return ""
 

@@ -53,14 +53,14 @@ class Experiment:
             log.info("drawing %s", name)
         self._check_goals()
 
-    def missing(self, *, go_on: bool = False, overwrite: bool = False) -> PendingJobs:
+    def missing(self, *, resume: bool = False, overwrite: bool = False) -> PendingJobs:
         """The plays and tests that are not there yet.
 
         Args:
-            go_on: continue interrupted plays, which are then not bit for bit the same.
+            resume: continue interrupted plays, which are then not bit for bit the same.
             overwrite: replace files that do not belong to this experiment.
         """
-        return self._plan().left(go_on=go_on, overwrite=overwrite)
+        return self._plan().pending(resume=resume, overwrite=overwrite)
 
     def check(self, work: PendingJobs) -> None:
         """Let every controller play a few steps before any work.
@@ -77,11 +77,11 @@ class Experiment:
         check = work.check
         try:
             try:
-                processes.do(check, _ignored)
+                processes.do(check, _ignore)
             except WorkerLostError:  # of which of them?
                 for each in check.jobs:
                     alone = check.model_copy(update={"name": each.name, "jobs": (each,)})
-                    processes.do(alone, _ignored)
+                    processes.do(alone, _ignore)
                 raise
         except (JobFailedError, WorkerLostError) as error:
             reason = str(error).removeprefix(f"{check.name}: ")
@@ -101,7 +101,7 @@ class Experiment:
         return rows_of(self.spec, self._plan())
 
     @contextlib.contextmanager
-    def own_folder(self) -> Iterator[None]:
+    def lock_folder(self) -> Iterator[None]:
         """Lock the experiment's folder, so that no other process runs the same experiment."""
         folder = self.spec.results_folder
         try:
@@ -129,5 +129,5 @@ class Experiment:
             load_goal_set(spec.goal_file(name, objects)).check_fits(scene, objects)
 
 
-def _ignored(done: int, busy: str = "") -> None:
+def _ignore(done: int, busy: str = "") -> None:
     """A check takes a moment."""

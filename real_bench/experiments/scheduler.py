@@ -51,7 +51,7 @@ class JobRunner(Protocol):
             WorkerLostError: its worker died.
         """
 
-    def waits_for(self) -> str:
+    def waiting_for(self) -> str:
         """What all jobs are waiting for; empty if nothing is missing.
 
         Raises:
@@ -70,20 +70,20 @@ class ExperimentProgress:
         n_steps: steps of simulation done.
         n_jobs: jobs that have ended.
         running: names of running jobs, and what their controllers are busy with.
-        waits_for: what they are waiting for; empty if nothing is missing.
+        waiting_for: what they are waiting for; empty if nothing is missing.
     """
 
     n_steps: int
     n_jobs: int
     running: tuple[str, ...]
-    waits_for: str
+    waiting_for: str
 
 
 OnProgress = Callable[[ExperimentProgress], None]
 """Called from time to time with the progress of jobs."""
 
 
-def _ignored(job: Job, failure: Failure) -> None:
+def _ignore(job: Job, failure: Failure) -> None:
     """Do nothing."""
 
 
@@ -102,7 +102,7 @@ class JobScheduler:
         self,
         work: PendingJobs,
         update: OnProgress,
-        on_failure: OnFailure = _ignored,
+        on_failure: OnFailure = _ignore,
     ) -> dict[str, Failure]:
         """Run all jobs that can run.
 
@@ -114,23 +114,23 @@ class JobScheduler:
         Returns:
             Why jobs failed, by name, including tests whose play failed.
         """
-        shift = _Shift(work, on_failure)
+        queue = _JobQueue(work, on_failure)
         with ThreadPoolExecutor(self._n_at_once) as pool:
             try:
                 running: dict[Future[None], Job] = {}
-                while running or shift.ready:
-                    while shift.ready and len(running) < self._n_at_once:
-                        job = shift.ready.popleft()
-                        running[pool.submit(self._attempt, job, shift.reporter(job))] = job
+                while running or queue.ready:
+                    while queue.ready and len(running) < self._n_at_once:
+                        job = queue.ready.popleft()
+                        running[pool.submit(self._attempt, job, queue.reporter(job))] = job
                     done, _ = wait(running, SECONDS_BETWEEN_UPDATES, FIRST_COMPLETED)
                     for future in done:
-                        shift.end(running.pop(future), future.exception())
-                    names = [shift.label(job) for job in running.values()]
-                    update(shift.progress(names, self._workplace.waits_for() if names else ""))
+                        queue.end(running.pop(future), future.exception())
+                    names = [queue.label(job) for job in running.values()]
+                    update(queue.progress(names, self._workplace.waiting_for() if names else ""))
             except BaseException:
                 self._workplace.stop()
                 raise
-        return shift.failures
+        return queue.failures
 
     def _attempt(self, job: Job, report: OnSteps) -> None:
         for attempt in range(1, ATTEMPTS + 1):
@@ -156,7 +156,7 @@ class Workplace:
     address: str | None
 
     def do(
-        self, work: PendingJobs, update: OnProgress, on_failure: OnFailure = _ignored
+        self, work: PendingJobs, update: OnProgress, on_failure: OnFailure = _ignore
     ) -> dict[str, Failure]:
         """Run all jobs that can run; returns why jobs failed, by name.
 
@@ -179,7 +179,7 @@ class Workplace:
         return JobScheduler(Cluster(self.address), self.n_at_once or AT_ONCE)
 
 
-class _Shift:
+class _JobQueue:
     """Which jobs are ready, which wait for them, and the progress of each."""
 
     def __init__(self, work: PendingJobs, on_failure: OnFailure) -> None:
@@ -230,7 +230,7 @@ class _Shift:
         self.failures[job.name] = failure
         self._on_failure(job, failure)
 
-    def progress(self, running: list[str], waits_for: str) -> ExperimentProgress:
+    def progress(self, running: list[str], waiting_for: str) -> ExperimentProgress:
         """The progress of all jobs."""
         n_steps = sum(list(self._steps.values()))
-        return ExperimentProgress(n_steps, self._n_ended, tuple(running), waits_for)
+        return ExperimentProgress(n_steps, self._n_ended, tuple(running), waiting_for)

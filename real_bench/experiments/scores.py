@@ -9,7 +9,7 @@ from typing import Any
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
-from real_bench.experiments.job_state import not_of_this, refusal
+from real_bench.experiments.job_state import mismatch_error, mismatch_message
 from real_bench.experiments.jobs import ScoringJob
 from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.spec import Cell, Spec
@@ -96,11 +96,11 @@ def rows_of(spec: Spec, plan: ExperimentPlan) -> list[Row]:
     Raises:
         ExperimentError: results do not fit the experiment, or one another.
     """
-    alike = _Alike()
-    return [_row(spec, plan, cell, alike) for cell in spec.cells]
+    consistency = _ConsistencyCheck()
+    return [_row(spec, plan, cell, consistency) for cell in spec.cells]
 
 
-def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
+def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, consistency: _ConsistencyCheck) -> Row:
     seeds: list[int] = []
     files: list[Path] = []
     results: list[Result] = []
@@ -109,14 +109,14 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
         if len(repeat) < len(spec.goal_names(cell)):
             continue
         for job, result in repeat:
-            alike.check(cell, job, result)
+            consistency.check(cell, job, result)
         results += [result for _, result in repeat]
         seeds.append(seed)
         files += [job.out for job, _ in repeat]
     table = by_goal(results) if results else None
     summary = summarise_repeats(table) if table else None
     version = results[0].setting.control_version if results else None  # all are alike
-    unlike = tuple(_unlike_published(spec, cell, table.classes if table else ()))
+    unlike = tuple(_differences_from_published(spec, cell, table.classes if table else ()))
     return Row(
         cell=cell,
         n_asked=len(spec.seeds(cell)),
@@ -130,7 +130,7 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, alike: _Alike) -> Row:
     )
 
 
-def _unlike_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:
+def _differences_from_published(spec: Spec, cell: Cell, classes: Sequence[str]) -> Iterator[str]:
     """Lengths and goals of an experiment that differ from the benchmark's."""
     if cell.published is None:
         return
@@ -149,13 +149,13 @@ def _finished(
 ) -> Iterator[tuple[ScoringJob, Result]]:
     for job in jobs:
         state = plan.state(job)
-        if state.misfits:
-            raise refusal([not_of_this(job, state.misfits)])
+        if state.mismatches:
+            raise mismatch_error([mismatch_message(job, state.mismatches)])
         if state.result and state.reached == "done":
             yield job, state.result
 
 
-class _Alike:
+class _ConsistencyCheck:
     """Remembers what results were made with, and refuses those that do not fit the others."""
 
     def __init__(self) -> None:
@@ -164,12 +164,12 @@ class _Alike:
     def check(self, cell: Cell, job: ScoringJob, result: Result) -> None:
         """Raise ExperimentError if a result has another scene, goals or settings."""
         setting = result.setting
-        self._same(job, setting.scene_sha256, "scenes")
-        self._same(job, setting.goals_sha256, "goals", job.goals.name)
-        self._same(job, setting.control_version, "versions of its control", cell.name)
-        self._same(job, setting.settings, "settings", cell.name)
+        self._require_same(job, setting.scene_sha256, "scenes")
+        self._require_same(job, setting.goals_sha256, "goals", job.goals.name)
+        self._require_same(job, setting.control_version, "versions of its control", cell.name)
+        self._require_same(job, setting.settings, "settings", cell.name)
 
-    def _same(self, job: ScoringJob, value: Any, what: str, *of: str) -> None:
+    def _require_same(self, job: ScoringJob, value: Any, what: str, *of: str) -> None:
         first, file = self._seen.setdefault((what, *of), (value, job.out))
         if value != first:
             raise ExperimentError(

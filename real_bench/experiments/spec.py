@@ -14,11 +14,11 @@ from pydantic import (
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, faults
-from real_bench.fields import ConditionName, Described, Name, Record, Seed, Steps
-from real_bench.files import check_output, write_whole
+from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps
+from real_bench.files import check_output, write_atomically
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.naming import CONTROLLER_FILE
-from real_bench.nearest import did_you_mean, what_there_is
+from real_bench.nearest import did_you_mean, unknown_name_hint
 from real_bench.source import ControllerSource
 from real_bench.submissions import find_submission
 from real_bench.yaml_files import read_mapping
@@ -42,7 +42,7 @@ class Published(Record):
     repeats: Annotated[int, Field(ge=1)] | None = None
 
 
-class _Played(Record):
+class _PlayerSpec(Record):
     """Who plays, or is tested, and under which condition."""
 
     controller: str
@@ -50,7 +50,7 @@ class _Played(Record):
     settings: dict[str, Any] = Field(default_factory=dict)
 
 
-class Play(_Played):
+class Play(_PlayerSpec):
     """An intrinsic phase that several cells may share.
 
     Attributes:
@@ -73,7 +73,7 @@ class DrawnGoals(Record):
     counts: dict[Literal["2D", "2.5D", "3D"], Annotated[int, Field(ge=0)]] | None = None
 
 
-class Cell(_Played):
+class Cell(_PlayerSpec):
     """One number of the table, from several repeats.
 
     Attributes:
@@ -98,17 +98,17 @@ class Cell(_Played):
 
     @model_validator(mode="before")
     @classmethod
-    def _has_a_name(cls, values: Any) -> Any:
+    def _default_name(cls, values: Any) -> Any:
         if isinstance(values, dict) and "name" not in values:
             parts = [values.get("condition"), values.get("objects", 1)]
-            plain = _short(str(values.get("controller")))
+            plain = _short_name(str(values.get("controller")))
             return {**values, "name": "-".join([plain, *map(str, parts)])}
         return values
 
     @property
     def label(self) -> str:
         """The controller, and what else its name says, if one was given."""
-        plain, ending = _short(self.controller), f"-{self.condition}-{self.objects}"
+        plain, ending = _short_name(self.controller), f"-{self.condition}-{self.objects}"
         return plain if self.name == plain + ending else self.name.removesuffix(ending)
 
 
@@ -116,7 +116,7 @@ def _shipped() -> dict[str, DrawnGoals | str]:
     return {SHIPPED: SHIPPED}
 
 
-class Spec(Described):
+class Spec(SpecFile):
     """An experiment.
 
     Attributes:
@@ -145,7 +145,7 @@ class Spec(Described):
     cells: Annotated[tuple[Cell, ...], Field(min_length=1)]
 
     @model_validator(mode="after")
-    def _names_fit(self) -> Spec:
+    def _check_names(self) -> Spec:
         names = [cell.name for cell in self.cells]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"two cells are named {', '.join(twice)}: give each a name")
@@ -157,7 +157,7 @@ class Spec(Described):
                     f"{did_you_mean(cell.play, known)}"
                 )
             if cell.play in self.plays:
-                _check_it_fits(cell, self.plays[cell.play])
+                _check_compatible(cell, self.plays[cell.play])
             if unknown := [name for name in cell.goals if name not in self.goals]:
                 raise ValueError(
                     f"cell {cell.name} has unknown goals {', '.join(unknown)}: use "
@@ -173,7 +173,7 @@ class Spec(Described):
     @property
     def scene_source(self) -> str:
         """What the scene is found by, from anywhere."""
-        return self.scene_found_by(self.scene)
+        return self.resolve_scene(self.scene)
 
     def seeds(self, cell: Cell) -> range:
         """The seed of each repeat of a cell."""
@@ -214,7 +214,7 @@ class Spec(Described):
     def submission_name(self, cell: Cell) -> str:
         """The name of a cell's submission; empty if it is none, or the cell has its own name."""
         found = find_submission(cell.controller, self.folder)
-        if found is None or cell.label != _short(cell.controller):
+        if found is None or cell.label != _short_name(cell.controller):
             return ""
         submission = ControllerSource.of(self.controller(cell.controller)).submission
         return "" if submission is None else submission.name
@@ -227,7 +227,7 @@ def read_spec(path: Path) -> Spec:
     try:
         return Spec.model_validate({**defaults, **values, "folder": path.resolve().parent})
     except ValidationError as error:
-        found = faults(error, unknown=what_there_is(Spec, {"folder"}))
+        found = faults(error, unknown=unknown_name_hint(Spec, {"folder"}))
         raise ExperimentError(f"the experiment {path} is not valid: {found}") from error
 
 
@@ -238,10 +238,10 @@ def write_template(path: Path, *, overwrite: bool = False) -> None:
         OutputError: the file exists, or cannot be written.
     """
     check_output(path, overwrite=overwrite)
-    write_whole(path, TEMPLATE.read_bytes())
+    write_atomically(path, TEMPLATE.read_bytes())
 
 
-def _check_it_fits(cell: Cell, play: Play) -> None:
+def _check_compatible(cell: Cell, play: Play) -> None:
     """Raise ValueError if a play in one condition cannot be used in another."""
     learns, played = Condition.parse(cell.condition), Condition.parse(play.condition)
     link = f"cell {cell.name} learns from {cell.play!r}, which is played in {played.name}"
@@ -251,7 +251,7 @@ def _check_it_fits(cell: Cell, play: Play) -> None:
         raise ValueError(f"{link} without seeing positions: it needs a play in {learns.name}")
 
 
-def _short(controller: str) -> str:
+def _short_name(controller: str) -> str:
     """What a controller may be called in a file's name."""
     target, _, kind = controller.partition(":")
     short = f"{Path(target).stem}-{kind}" if kind else Path(target).stem

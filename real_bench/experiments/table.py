@@ -16,11 +16,11 @@ from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.physics import mixture
 from real_bench.quoting import markdown, quoted
-from real_bench.scoring.columns import ABSENT, filled
+from real_bench.scoring.columns import ABSENT, drop_empty_columns
 from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.repeats import ENOUGH_REPEATS
 from real_bench.scoring.statistics import (
-    LEAST_PLAYS,
+    MIN_PLAYS,
     OVER_PLAYS_AND_GOALS,
     Interval,
     interval_heading,
@@ -30,15 +30,14 @@ OVER = interval_heading(OVER_PLAYS_AND_GOALS)
 KEYS, MEAN = ("controller", "condition", "objects"), "mean ± s.e."
 LEGEND = {
     MEAN: "s.e.: standard error over repeats",
-    OVER: f"{OVER}: where the mean would be if everything were done again; needs "
-    f"{LEAST_PLAYS} plays",
+    OVER: f"{OVER}: where the mean would be if everything were done again; needs {MIN_PLAYS} plays",
     "IQM": "IQM: interquartile mean",
 }
 """Explanations of columns."""
 FEW, UNLIKE, MIXED = "*", "†", "‡"
-LONGEST = 1000
-LONGEST_HEADING, LONGEST_NAME = 14, 18
-WIDEST = 100
+MAX_LENGTH = 1000
+MAX_HEADING_WIDTH, MAX_NAME_WIDTH = 14, 18
+MAX_TABLE_WIDTH = 100
 """The widest table, in characters."""
 
 
@@ -50,21 +49,23 @@ def columns(rows: Sequence[Row]) -> tuple[list[str], list[list[str]]]:
     headings = [
         *(*KEYS, "repeats", "goals"),
         *(MEAN, OVER, "IQM", *CHALLENGES),
-        *(METRICS[name].title for name in _others()),
+        *(METRICS[name].title for name in _secondary_metrics()),
         *("published", "difference"),
     ]
-    return filled(headings, [cells(row) for row in rows], always=(*KEYS, "repeats", MEAN))
+    return drop_empty_columns(
+        headings, [cells(row) for row in rows], always=(*KEYS, "repeats", MEAN)
+    )
 
 
 def text_table(spec: Spec, rows: Sequence[Row]) -> Group:
     """For a terminal; a table too wide for most terminals is split in two."""
     headings, shown = columns(rows)
     whole = _text_table(headings, shown)
-    if _width(whole) <= WIDEST:
+    if _width(whole) <= MAX_TABLE_WIDTH:
         return Group(quoted(spec.title), "", whole, "", *notes(rows))
     first = [*KEYS, "repeats", MEAN, OVER, "published", "difference"]
     others = [heading for heading in headings if heading in KEYS or heading not in first]
-    tables = [_text_table(*_only(part, headings, shown)) for part in (first, others)]
+    tables = [_text_table(*_select_columns(part, headings, shown)) for part in (first, others)]
     return Group(quoted(spec.title), "", tables[0], "", tables[1], "", *notes(rows))
 
 
@@ -85,7 +86,7 @@ def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
 
     headings, shown = columns(rows)
     table = tabulate(shown, headings, "latex_booktabs", disable_numparse=True)
-    remarks = "".join(f"% {quoted(note, LONGEST)}\n" for note in (spec.title, *notes(rows)))
+    remarks = "".join(f"% {quoted(note, MAX_LENGTH)}\n" for note in (spec.title, *notes(rows)))
     return remarks + table.replace("±", r"$\pm$")
 
 
@@ -110,7 +111,7 @@ def cells(row: Row) -> list[str]:
         str(cell.objects),
         done,
     ]
-    numbers = [ABSENT] * (4 + len(CHALLENGES) + len(_others()))
+    numbers = [ABSENT] * (4 + len(CHALLENGES) + len(_secondary_metrics()))
     if summary is not None:
         score = summary.score
         numbers = [
@@ -119,7 +120,7 @@ def cells(row: Row) -> list[str]:
             _interval(score.interval),
             f"{score.interquartile_mean:.3f}",
             *(_number(score.by_class.get(name)) for name in CHALLENGES),
-            *(METRICS[name].text(summary.metrics[name].mean) for name in _others()),
+            *(METRICS[name].text(summary.metrics[name].mean) for name in _secondary_metrics()),
         ]
     unlike = UNLIKE if row.unlike_published else ""
     few = "" if row.is_enough or row.difference is None else FEW
@@ -132,7 +133,7 @@ def notes(rows: Sequence[Row]) -> list[str]:
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
     lines = [
         "; ".join(LEGEND[heading] for heading in columns(rows)[0] if heading in LEGEND),
-        *(f"{row.cell.name}: {quoted(row.cell.note, LONGEST)}" for row in rows if row.cell.note),
+        *(f"{row.cell.name}: {quoted(row.cell.note, MAX_LENGTH)}" for row in rows if row.cell.note),
     ]
     if any(row.difference is not None and not row.is_enough for row in rows):
         lines.append(f"{FEW} fewer than {ENOUGH_REPEATS} plays: too few to compare")
@@ -143,8 +144,8 @@ def notes(rows: Sequence[Row]) -> list[str]:
             f"made with an earlier version of the control (macros did not end exactly at their "
             f"second point): {', '.join(earlier)}"
         )
-    if told_of_physics := mixture([each for row in rows for each in row.physics]):
-        lines.append(f"{MIXED} {told_of_physics}")
+    if physics_note := mixture([each for row in rows for each in row.physics]):
+        lines.append(f"{MIXED} {physics_note}")
     if missing:
         wanted = sum(row.n_asked for row in rows)
         lines.append(f"{missing} of {wanted} repeats are missing")
@@ -154,10 +155,10 @@ def notes(rows: Sequence[Row]) -> list[str]:
 def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     table = Table(box=box.SIMPLE_HEAD, padding=0, show_edge=False)
     for heading in headings:
-        broken = "\n".join(textwrap.wrap(heading, LONGEST_HEADING))
+        broken = "\n".join(textwrap.wrap(heading, MAX_HEADING_WIDTH))
         left = heading in KEYS[:2]
         # long names wrap, so that no number does
-        longest = LONGEST_NAME if heading == KEYS[0] else None
+        longest = MAX_NAME_WIDTH if heading == KEYS[0] else None
         table.add_column(
             broken, justify="left" if left else "right", overflow="fold", max_width=longest
         )
@@ -168,11 +169,11 @@ def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table
 
 def _width(table: Table) -> int:
     """Its width in characters where there is room."""
-    console = Console(width=10 * WIDEST)
+    console = Console(width=10 * MAX_TABLE_WIDTH)
     return Measurement.get(console, console.options, table).maximum
 
 
-def _only(
+def _select_columns(
     wanted: Sequence[str], headings: Sequence[str], rows: Sequence[Sequence[str]]
 ) -> tuple[list[str], list[list[str]]]:
     """Those of the columns that are wanted."""
@@ -180,7 +181,7 @@ def _only(
     return [headings[number] for number in numbers], [[row[n] for n in numbers] for row in rows]
 
 
-def _others() -> list[str]:
+def _secondary_metrics() -> list[str]:
     """The metrics besides the score that are shown where room is short."""
     return [name for name, metric in METRICS.items() if metric.narrow and name != SCORE]
 

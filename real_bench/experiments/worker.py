@@ -21,10 +21,10 @@ from typing import Any, TextIO
 
 from real_bench.errors import RealBenchError
 from real_bench.experiments.jobs import job_from_json
-from real_bench.parent import end_when
+from real_bench.parent import exit_after
 
 SECONDS_BETWEEN_REPORTS = 0.2
-SECONDS_OF_NO_INTEREST = 1.0
+ACTIVITY_DELAY_S = 1.0
 """Shorter activities of a controller are not reported."""
 
 
@@ -38,7 +38,7 @@ class _Channel:
         self._activity: tuple[str, float] | None = None
         self._lock, self._ended = threading.Lock(), False
 
-    def tell(self, **message: Any) -> None:
+    def send(self, **message: Any) -> None:
         """Write a line; none after the one that reports the end."""
         with self._lock:
             if not self._ended:
@@ -51,7 +51,7 @@ class _Channel:
         self._done, now = done, time.monotonic()
         if now - self._last > SECONDS_BETWEEN_REPORTS:
             self._last = now
-            self.tell(done=done, busy=busy)
+            self.send(done=done, busy=busy)
 
     @contextmanager
     def activity(self, what: str) -> Iterator[None]:
@@ -62,13 +62,13 @@ class _Channel:
         finally:
             self._activity = None
 
-    def tell_while_busy(self) -> None:
+    def report_while_busy(self) -> None:
         """Report what the controller is busy with, while it is; never returns."""
         while True:
-            time.sleep(SECONDS_OF_NO_INTEREST)
+            time.sleep(ACTIVITY_DELAY_S)
             activity = self._activity
-            if activity and time.monotonic() - activity[1] > SECONDS_OF_NO_INTEREST:
-                self.tell(done=self._done, busy=activity[0])
+            if activity and time.monotonic() - activity[1] > ACTIVITY_DELAY_S:
+                self.send(done=self._done, busy=activity[0])
 
 
 def main() -> None:
@@ -78,12 +78,12 @@ def main() -> None:
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     job = job_from_json(sys.stdin.readline())
-    end_when(sys.stdin.read)
-    threading.Thread(target=channel.tell_while_busy, daemon=True).start()
+    exit_after(sys.stdin.read)
+    threading.Thread(target=channel.report_while_busy, daemon=True).start()
     try:
         job.do(channel.report, channel.activity)
     except RealBenchError as error:
         traceback.print_exc()  # into the job's log
-        channel.tell(failed=str(error), kind=type(error).__name__)
+        channel.send(failed=str(error), kind=type(error).__name__)
     else:
-        channel.tell(finished=True)
+        channel.send(finished=True)

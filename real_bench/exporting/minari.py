@@ -25,7 +25,7 @@ from real_bench.errors import RecordingError
 from real_bench.extras import extra
 from real_bench.files import OutputError, check_folder
 from real_bench.recording import Recording
-from real_bench.recording.arrays import shrunk
+from real_bench.recording.arrays import resize_images
 from real_bench.replay import fresh_states
 from real_bench.simulation.scene import load_scene
 from real_bench.spaces import action_space, observation_space
@@ -34,7 +34,7 @@ from real_bench.version import __version__
 if TYPE_CHECKING:
     from real_bench.exporting.formats import Export, OnExport
 
-LOWEST = "0.5.4"
+MIN_VERSION = "0.5.4"
 """The first version that keeps images exactly as they are; earlier ones pack them as JPEG."""
 
 ACTIONS_AT_ONCE = 128
@@ -56,8 +56,8 @@ def save_minari(export: Export, report: OnExport) -> str:
     name = export.name or f"realbench/{_plain(export.recording.path.stem)}-v0"
     if not _NAME.fullmatch(name):
         raise RecordingError(f"a dataset's name must look like realbench/run-v0, not {name!r}")
-    storages = extra("minari.dataset.minari_storage", "minari", LOWEST)
-    place = _free(export.folder.absolute() / name, overwrite=export.overwrite)
+    storages = extra("minari.dataset.minari_storage", "minari", MIN_VERSION)
+    place = _prepare_folder(export.folder.absolute() / name, overwrite=export.overwrite)
     episodes = _Episodes(export.recording, export.images, export.image_size)
     try:
         storage = storages.MinariStorage.new(
@@ -107,8 +107,8 @@ class _Episodes:
         """Write one episode after the other, some actions at a time; yields their lengths."""
         buffers = extra("minari.data_collector", "minari")
         rows = self._recording.transitions
-        begun = np.isin(rows["precondition"], fresh_states(self._recording))
-        firsts = np.flatnonzero(begun).tolist()
+        begins = np.isin(rows["precondition"], fresh_states(self._recording))
+        firsts = np.flatnonzero(begins).tolist()
         for number, (first, end) in enumerate(zip(firsts, [*firsts[1:], len(rows)], strict=True)):
             for start in range(first, end, ACTIONS_AT_ONCE):
                 stop = min(start + ACTIONS_AT_ONCE, end)
@@ -125,15 +125,15 @@ class _Episodes:
         truncated = np.zeros(stop - start, bool)
         truncated[-1] = stop == end
         return {
-            "observations": self._seen(state, last - state + 1),
-            "actions": self._done(start, stop),
+            "observations": self._observations(state, last - state + 1),
+            "actions": self._actions(start, stop),
             "rewards": np.zeros(stop - start),
             "terminations": np.zeros(stop - start, bool),
             "truncations": truncated,
             "infos": {"step": self._states["step"][state : last + 1]},
         }
 
-    def _seen(self, first: int, count: int) -> Arrays:
+    def _observations(self, first: int, count: int) -> Arrays:
         states = self._states[first : first + count]
         columns: Arrays = {key: states[key] for key in ("joint_positions", "touch_sensors")}
         if self._poses is not None:
@@ -141,10 +141,12 @@ class _Episodes:
             columns["object_positions"] = poses[:, :, :3].reshape(count, -1)
             columns["object_orientations"] = poses[:, :, 3:].reshape(count, -1)
         if self._has_images:
-            columns["retina"] = shrunk(self._recording.images(first, count), self._image_size)
+            columns["retina"] = resize_images(
+                self._recording.images(first, count), self._image_size
+            )
         return {key: columns[key] for key in self.observation_space}
 
-    def _done(self, start: int, stop: int) -> NDArray[Any] | Arrays:
+    def _actions(self, start: int, stop: int) -> NDArray[Any] | Arrays:
         if self._is_plain:
             plain: NDArray[Any] = self._table["commands"][start:stop, 0]
             return plain
@@ -190,7 +192,7 @@ def _metadata(name: str, recording: Recording) -> dict[str, Any]:
     }
 
 
-def _free(place: Path, *, overwrite: bool) -> Path:
+def _prepare_folder(place: Path, *, overwrite: bool) -> Path:
     """Make an empty folder."""
     if place.exists() and any(place.iterdir()):
         if not overwrite:

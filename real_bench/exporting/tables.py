@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.extras import extra
-from real_bench.files import check_folder, check_output, replacing, write_whole
+from real_bench.files import atomic_replacement, check_folder, check_output, write_atomically
 from real_bench.recording import Recording
 from real_bench.recording.columns import flat, pose_type, to_columns
 
@@ -73,14 +73,17 @@ def _save(
         check_output(path, overwrite=export.overwrite)
     total, done = sum(count for count, _ in tables.values()), 0
     for name, (count, read) in tables.items():
-        with replacing(paths[name]) as hidden, opened(hidden, flat(read(0).dtype)) as write:
+        with (
+            atomic_replacement(paths[name]) as hidden,
+            opened(hidden, flat(read(0).dtype)) as write,
+        ):
             for first in range(0, count, ROWS_AT_ONCE):
                 rows = read(first)
                 write(to_columns(rows, flat(rows.dtype)))
                 report(done + first + len(rows), total)
         done += count
     facts = json.dumps(export.recording.header.model_dump(mode="json"), indent=1)
-    write_whole(export.folder / FACTS, (facts + "\n").encode())
+    write_atomically(export.folder / FACTS, (facts + "\n").encode())
     return f"{len(tables)} tables and {FACTS} in {export.folder}"
 
 

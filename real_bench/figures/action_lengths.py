@@ -18,9 +18,9 @@ HEIGHT_CM = 5.6
 BIN_M = 0.02
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """A histogram of the actions that moved an object by more than 1 cm."""
-    lengths = {play.label: action_lengths(play.displacements) for play in material.plays}
+    lengths = {play.label: action_lengths(play.displacements) for play in data.plays}
     lengths = {label: far for label, far in lengths.items() if len(far)}
     if not lengths:
         return None
@@ -31,11 +31,11 @@ def draw(material: FigureData) -> Drawing | None:
         figure, (panel,) = style.panels(1, HEIGHT_CM)
         outlines = []
         for number, (label, far) in enumerate(lengths.items()):
-            sign = style.sign(number)
+            line_style = style.line_style(number)
             counts = np.histogram(far, edges)[0]
             legend = f"{label}: {share_near(far):.0%} below 20 cm"
             steps = panel.stairs(counts, 100 * edges, linewidth=1.2, label=legend)
-            steps.set(edgecolor=sign.colour, linestyle=sign.line)
+            steps.set(edgecolor=line_style.colour, linestyle=line_style.line)
             outlines.append(steps)
             rows = {"cm_from": 100 * edges[:-1], "cm_to": 100 * edges[1:], "actions": counts}
             tables.append(({"recording": label}, rows))
@@ -43,8 +43,8 @@ def draw(material: FigureData) -> Drawing | None:
         panel.set_xlabel("length of action (cm)")
         panel.set_xlim(left=0)
         panel.set_ylabel(f"actions per {100 * BIN_M:.0f} cm")
-        style.count_upward(panel)
-        style.legend_below(figure, outlines)
+        style.show_counts_on_y(panel)
+        style.add_legend_below(figure, outlines)
     return Drawing(figure, Numbers.stacked(tables))
 
 

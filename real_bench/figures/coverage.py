@@ -26,7 +26,7 @@ Corner = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Place:
+class Region:
     """A part of the scene where goals are drawn: its corners, x and y in metres."""
 
     low: Corner
@@ -34,7 +34,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Whereabouts:
+class ObjectCoverage:
     """Where one object of a recording has been.
 
     Attributes:
@@ -47,8 +47,8 @@ class Whereabouts:
     recording: str
     name: str
     covered: Coverage
-    table: Place
-    shelf: Place
+    table: Region
+    shelf: Region
 
     @property
     def on_table(self) -> float:
@@ -61,7 +61,7 @@ class Whereabouts:
         return self.covered.share_visited(self.shelf.low, self.shelf.high)
 
 
-def whereabouts(play: Play) -> list[Whereabouts]:
+def object_coverage(play: Play) -> list[ObjectCoverage]:
     """Where each object has been between actions; empty if the scene is not available."""
     region = play.region
     if region is None or len(play.positions) == 0:
@@ -69,50 +69,52 @@ def whereabouts(play: Play) -> list[Whereabouts]:
     (x_low, y_low), (_, y_high) = region.table_low, region.table_high
     edge = region.shelf_drop_from_x
     table, shelf = (
-        Place((x_low, y_low), (edge, y_high)),
-        Place((edge, y_low), (region.shelf_x_high, y_high)),
+        Region((x_low, y_low), (edge, y_high)),
+        Region((edge, y_low), (region.shelf_x_high, y_high)),
     )
     return [
-        Whereabouts(
+        ObjectCoverage(
             play.label, name, coverage(play.positions[:, i], table.low, shelf.high), table, shelf
         )
         for i, name in enumerate(play.header.object_names)
     ]
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """A heat map per object and recording, from above: the robot is below, the shelf above."""
     from matplotlib.colors import LogNorm
 
-    found = [one for play in material.plays for one in whereabouts(play)]
+    found = [one for play in data.plays for one in object_coverage(play)]
     if not found:
         return None
     norm = LogNorm(1, max(10, *(int(one.covered.counts.max()) for one in found)))
     with style.in_style():
-        figure, axes = style.panels(len(found), MAP_WIDTH_CM * _slimness(found) + TEXT_HEIGHT_CM)
+        figure, axes = style.panels(
+            len(found), MAP_WIDTH_CM * _max_aspect_ratio(found) + TEXT_HEIGHT_CM
+        )
         figure.set_figheight(figure.get_figheight() + BAR_HEIGHT_CM * style.CM)
         for panel, one in zip(axes, found, strict=True):
             image = _draw(panel, one, norm)
         height_cm = figure.get_figheight() / style.CM
         size = {"fraction": 0.3 / height_cm, "pad": 0.4 / height_cm, "aspect": 40}
-        style.heat_bar(
+        style.add_colour_bar(
             figure, image, ax=axes, label="states between actions", location="bottom", **size
         )
     return Drawing(figure, Numbers.stacked([_rows(one) for one in found]))
 
 
-def _slimness(found: list[Whereabouts]) -> float:
+def _max_aspect_ratio(found: list[ObjectCoverage]) -> float:
     """The largest ratio of height to width of a map."""
     return max(float(np.ptp(one.covered.x_edges) / np.ptp(one.covered.y_edges)) for one in found)
 
 
-def _draw(panel: Axes, one: Whereabouts, norm: Normalize) -> AxesImage:
+def _draw(panel: Axes, one: ObjectCoverage, norm: Normalize) -> AxesImage:
     counts = np.ma.masked_equal(one.covered.counts, 0)
     y, x = 100 * one.covered.y_edges, 100 * one.covered.x_edges
     corners = (y[0], y[-1], x[0], x[-1])
     image = panel.imshow(counts, style.HEAT, norm, origin="lower", extent=corners)
-    for place, line in ((one.table, "-"), (one.shelf, "--")):
-        _outline(panel, place, line)
+    for region, line in ((one.table, "-"), (one.shelf, "--")):
+        _outline(panel, region, line)
     panel.invert_xaxis()
     panel.set_title(
         f"{one.recording}, {one.name}\n"
@@ -123,14 +125,14 @@ def _draw(panel: Axes, one: Whereabouts, norm: Normalize) -> AxesImage:
     return image
 
 
-def _outline(panel: Axes, place: Place, line: str) -> None:
-    (x_low, y_low), (x_high, y_high) = place.low, place.high
+def _outline(panel: Axes, region: Region, line: str) -> None:
+    (x_low, y_low), (x_high, y_high) = region.low, region.high
     y = np.array([y_low, y_high, y_high, y_low, y_low])
     x = np.array([x_low, x_low, x_high, x_high, x_low])
     panel.plot(100 * y, 100 * x, line, color=palette.ORANGE, linewidth=1)
 
 
-def _rows(one: Whereabouts) -> tuple[dict[str, str], dict[str, Column]]:
+def _rows(one: ObjectCoverage) -> tuple[dict[str, str], dict[str, Column]]:
     """The cells where it has been."""
     i, j = np.nonzero(one.covered.counts)
     columns: dict[str, Column] = {

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from real_bench.analysis import ACTIONS_A_PERIOD, NEAR_M, count_by_period
+from real_bench.analysis import ACTIONS_PER_PERIOD, NEAR_M, count_by_period
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
 from real_bench.recording import MOVED_M
@@ -26,9 +26,9 @@ PANELS = {
 }
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """A panel per discovery, all recordings together; periods of fewer actions only as numbers."""
-    plays = [play for play in material.plays if len(play.displacements)]
+    plays = [play for play in data.plays if len(play.displacements)]
     if not plays:
         return None
     tables = [({"recording": play.label}, _rows(play)) for play in plays]
@@ -36,22 +36,22 @@ def draw(material: FigureData) -> Drawing | None:
         figure, panels = style.panels(len(PANELS), HEIGHT_CM)
         lines = []
         for number, (play, (_, rows)) in enumerate(zip(plays, tables, strict=True)):
-            sign = style.sign(number)
-            whole = np.asarray(rows["actions"]) == ACTIONS_A_PERIOD
+            line_style = style.line_style(number)
+            whole = np.asarray(rows["actions"]) == ACTIONS_PER_PERIOD
             whole |= not whole.any()
             steps = np.asarray(rows["until_step"])[whole] / style.MILLION
-            form = sign.line + (sign.marker if len(steps) < 2 else "")
+            form = line_style.line + (line_style.marker if len(steps) < 2 else "")
             for name, panel in zip(PANELS, panels, strict=True):
                 shares = np.asarray(rows[name])[whole]
-                drawn = panel.plot(steps, shares, form, color=sign.colour, label=play.label)
+                drawn = panel.plot(steps, shares, form, color=line_style.colour, label=play.label)
             lines += drawn
         for title, panel in zip(PANELS.values(), panels, strict=True):
             panel.set_title(title)
             panel.set_xlabel("step of the intrinsic phase (millions)")
             panel.set_xlim(left=0)
             panel.set_ylim(bottom=0)
-        panels[0].set_ylabel(f"share of {ACTIONS_A_PERIOD} actions")
-        style.legend_below(figure, lines)
+        panels[0].set_ylabel(f"share of {ACTIONS_PER_PERIOD} actions")
+        style.add_legend_below(figure, lines)
     return Drawing(figure, Numbers.stacked(tables))
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from real_bench.analysis import ACTIONS_A_PERIOD, moves_by_period
+from real_bench.analysis import ACTIONS_PER_PERIOD, moves_by_period
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 HEIGHT_CM = 5.6
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """All recordings together; a last period of fewer actions is drawn hollow."""
-    plays = [play for play in material.plays if len(play.displacements)]
+    plays = [play for play in data.plays if len(play.displacements)]
     if not plays:
         return None
     tables = [({"recording": play.label}, _rows(play)) for play in plays]
@@ -27,20 +27,24 @@ def draw(material: FigureData) -> Drawing | None:
         figure, (panel,) = style.panels(1, HEIGHT_CM)
         lines = []
         for number, (play, (_, rows)) in enumerate(zip(plays, tables, strict=True)):
-            sign = style.sign(number)
+            line_style = style.line_style(number)
             steps = np.asarray(rows["until_step"]) / style.MILLION
             moves = np.asarray(rows["displacements"])
-            whole = np.asarray(rows["actions"]) == ACTIONS_A_PERIOD
-            form = sign.line + sign.marker
-            lines += panel.plot(steps, moves, form, color=sign.colour, label=play.label)
+            whole = np.asarray(rows["actions"]) == ACTIONS_PER_PERIOD
+            form = line_style.line + line_style.marker
+            lines += panel.plot(steps, moves, form, color=line_style.colour, label=play.label)
             panel.plot(
-                steps[~whole], moves[~whole], sign.marker, color=sign.colour, markerfacecolor="w"
+                steps[~whole],
+                moves[~whole],
+                line_style.marker,
+                color=line_style.colour,
+                markerfacecolor="w",
             )
         panel.set_xlabel("step of the intrinsic phase (millions)")
-        panel.set_ylabel(f"displacements per {ACTIONS_A_PERIOD} actions")
+        panel.set_ylabel(f"displacements per {ACTIONS_PER_PERIOD} actions")
         panel.set_xlim(left=0)
-        style.count_upward(panel)
-        style.legend_below(figure, lines)
+        style.show_counts_on_y(panel)
+        style.add_legend_below(figure, lines)
     return Drawing(figure, Numbers.stacked(tables))
 
 

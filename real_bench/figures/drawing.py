@@ -84,13 +84,13 @@ class Drawing:
 
     def png(self) -> bytes:
         """As a PNG file; the same drawing always gives the same bytes."""
-        return self._printed("png", {"Software": None})
+        return self._render("png", {"Software": None})
 
     def svg(self) -> bytes:
         """As an SVG file; the same drawing always gives the same bytes."""
-        return self._printed("svg", {"Date": None})
+        return self._render("svg", {"Date": None})
 
-    def _printed(self, form: str, metadata: Mapping[str, None]) -> bytes:
+    def _render(self, form: str, metadata: Mapping[str, None]) -> bytes:
         stream = io.BytesIO()
         with in_style():
             self.figure.savefig(stream, format=form, metadata=metadata)

@@ -43,10 +43,10 @@ class Levels:
     abstraction: DynamicAbstraction
 
 
-def of_positions(material: FigureData) -> Drawing | None:
+def of_positions(data: FigureData) -> Drawing | None:
     """Of REAL-D, which plans with x and y of the objects."""
     parts = []
-    for play in material.plays:
+    for play in data.plays:
         if len(play.places):
             abstraction = play.abstraction(play.places)
             counts = effective_actions(play.places, abstraction)
@@ -54,20 +54,20 @@ def of_positions(material: FigureData) -> Drawing | None:
                 f"{name} {axis}" for name in play.header.object_names for axis in "xy"
             )
             parts.append(Levels(play.label, variables, counts, abstraction))
-    return _drawn(parts, in_metres=True)
+    return _draw_levels(parts, in_metres=True)
 
 
-def of_codes(material: FigureData) -> Drawing | None:
+def of_codes(data: FigureData) -> Drawing | None:
     """Of REAL-LD, which plans with latent variables."""
     parts = []
-    for play in material.plays:
+    for play in data.plays:
         if play.sight is not None:
             codes = play.sight.codes
             abstraction = play.abstraction(codes)
             counts = effective_actions(codes, abstraction)
             variables = tuple(f"latent {number}" for number in range(codes.n_variables))
             parts.append(Levels(play.label, variables, counts, abstraction))
-    return _drawn(parts, in_metres=False)
+    return _draw_levels(parts, in_metres=False)
 
 
 def passes_1_cm(abstraction: DynamicAbstraction) -> int:
@@ -75,7 +75,7 @@ def passes_1_cm(abstraction: DynamicAbstraction) -> int:
     return int(levels_below(abstraction, MOVED_M).min())
 
 
-def _drawn(parts: list[Levels], *, in_metres: bool) -> Drawing | None:
+def _draw_levels(parts: list[Levels], *, in_metres: bool) -> Drawing | None:
     if not parts:
         return None
     scale, unit = (100, "cm") if in_metres else (1, "latent units")
@@ -87,7 +87,7 @@ def _drawn(parts: list[Levels], *, in_metres: bool) -> Drawing | None:
             right.set_ylabel(f"threshold ({unit}, dashed)")
             if in_metres:
                 _mark_1_cm(panel, levels)
-        style.legend_below(figure, lines)
+        style.add_legend_below(figure, lines)
     column = f"threshold_{unit.replace(' ', '_')}"
     return Drawing(figure, Numbers.stacked([_rows(levels, scale, column) for levels in parts]))
 
@@ -99,7 +99,7 @@ def _draw_counts(panel: Axes, levels: Levels) -> list[Line2D]:
     panel.set_xlim(0, levels.abstraction.n_levels - 1)
     lines = panel.plot(levels.counts, "-", color=palette.BLUE, label="effective actions")
     panel.set_ylim(top=HEADROOM * levels.counts.max(initial=1))
-    style.count_upward(panel)
+    style.show_counts_on_y(panel)
     return lines
 
 

@@ -6,14 +6,14 @@ import math
 from typing import Any
 
 from real_bench.analysis import (
-    ACTIONS_A_PERIOD,
+    ACTIONS_PER_PERIOD,
     NEAR_M,
     PairDistances,
     action_lengths,
     effective_actions,
 )
 from real_bench.figures.action_lengths import share_near
-from real_bench.figures.coverage import whereabouts
+from real_bench.figures.coverage import object_coverage
 from real_bench.figures.data import FigureData
 from real_bench.figures.effective_actions import passes_1_cm
 from real_bench.figures.played import FigureOptions, Play
@@ -52,7 +52,7 @@ def _played(play: Play) -> dict[str, Any]:
         "threshold_of_1_cm": _threshold(play),
         "share_of_cells_visited": {
             one.name: {"table": _rounded(one.on_table), "shelf": _rounded(one.on_shelf)}
-            for one in whereabouts(play)
+            for one in object_coverage(play)
         },
         "sight": _sight(play),
     }
@@ -60,10 +60,10 @@ def _played(play: Play) -> dict[str, Any]:
 
 def _moves(play: Play) -> dict[str, Any]:
     lengths = action_lengths(play.displacements)
-    latest = action_lengths(play.displacements[-ACTIONS_A_PERIOD:])
+    latest = action_lengths(play.displacements[-ACTIONS_PER_PERIOD:])
     return {
         "all": len(lengths),
-        f"of_the_last_{ACTIONS_A_PERIOD}": len(latest),
+        f"of_the_last_{ACTIONS_PER_PERIOD}": len(latest),
         "share_shorter_than_20_cm": _rounded(share_near(lengths)),
     }
 

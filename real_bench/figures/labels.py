@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 
-def distinct(labels: Sequence[str], *details: Sequence[str]) -> list[str]:
+def make_distinct(labels: Sequence[str], *details: Sequence[str]) -> list[str]:
     """Labels made unique by adding details one by one where needed.
 
     Args:

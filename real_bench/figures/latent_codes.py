@@ -56,7 +56,7 @@ def sight_settings(values: Mapping[str, Any]) -> Any:
     return validated(Seen, values, "figures")
 
 
-def see(
+def encode_recording(
     recording: Recording,
     experience: Experience,
     kept: NDArray[np.int64],
@@ -78,10 +78,10 @@ def see(
         return None
     from real_bench.real_x.latents import Latents
 
-    learned = _learned(recording)
+    learned = _recorded_weights(recording)
     settings = sight_settings(merged(learned.get("settings", {}), values))
     latents = Latents(settings.eye, settings.vae)
-    is_recorded = _recalls(latents, learned, experience.n_states)
+    is_recorded = _accepts_weights(latents, learned, experience.n_states)
     latents.seed(seed)
     how = "uses the recorded weights" if is_recorded else "learning to see as REAL-LD does"
     log.info("%s: %s", recording.path.name, how)
@@ -93,7 +93,7 @@ def see(
     return LatentCodes(codes, pairs, facts, is_recorded)
 
 
-def _learned(recording: Recording) -> Mapping[str, Any]:
+def _recorded_weights(recording: Recording) -> Mapping[str, Any]:
     """What the recorded controller learned to see; empty if it does not fit our eye."""
     learned = recording.controller_state().get("perception")
     if not isinstance(learned, dict) or not learned.get("vae"):
@@ -105,7 +105,7 @@ def _learned(recording: Recording) -> Mapping[str, Any]:
     return learned
 
 
-def _recalls(latents: Latents, learned: Mapping[str, Any], n_states: int) -> bool:
+def _accepts_weights(latents: Latents, learned: Mapping[str, Any], n_states: int) -> bool:
     """Whether it accepts what was learned, from as many images as there are."""
     if not learned:
         return False

@@ -21,22 +21,22 @@ PANEL_HEIGHT_CM = 6.8
 N_BINS = 60
 
 
-def of_all(material: FigureData) -> Drawing | None:
+def of_all(data: FigureData) -> Drawing | None:
     """Over all pairs."""
-    return _drawn(_pairs(material))
+    return _draw_panels(_pairs(data))
 
 
-def of_near(material: FigureData) -> Drawing | None:
+def of_near(data: FigureData) -> Drawing | None:
     """Over pairs of states whose objects are 1 to 20 cm apart."""
-    near = [(label, pairs.within(*NEAR_M)) for label, pairs in _pairs(material)]
-    return _drawn([(label, pairs) for label, pairs in near if len(pairs.real)])
+    near = [(label, pairs.within(*NEAR_M)) for label, pairs in _pairs(data)]
+    return _draw_panels([(label, pairs) for label, pairs in near if len(pairs.real)])
 
 
-def _pairs(material: FigureData) -> list[tuple[str, PairDistances]]:
-    return [(play.label, play.sight.pairs) for play in material.plays if play.sight is not None]
+def _pairs(data: FigureData) -> list[tuple[str, PairDistances]]:
+    return [(play.label, play.sight.pairs) for play in data.plays if play.sight is not None]
 
 
-def _drawn(parts: list[tuple[str, PairDistances]]) -> Drawing | None:
+def _draw_panels(parts: list[tuple[str, PairDistances]]) -> Drawing | None:
     if not parts:
         return None
     tables = []
@@ -44,7 +44,9 @@ def _drawn(parts: list[tuple[str, PairDistances]]) -> Drawing | None:
         figure, axes = style.panels(len(parts), PANEL_HEIGHT_CM)
         for panel, (label, pairs) in zip(axes, parts, strict=True):
             counts, real, latent = np.histogram2d(100 * pairs.real, pairs.latent, N_BINS)
-            style.heat_bar(figure, _draw(panel, counts, real, latent), ax=panel, label="pairs")
+            style.add_colour_bar(
+                figure, _draw(panel, counts, real, latent), ax=panel, label="pairs"
+            )
             panel.set_title(f"{label}\nSpearman {pairs.spearman:.2f}, Pearson {pairs.pearson:.2f}")
             tables.append(({"recording": label}, _rows(counts, real, latent)))
     return Drawing(figure, Numbers.stacked(tables))
@@ -66,7 +68,7 @@ def _draw(panel: Axes, counts: Floats, real: Floats, latent: Floats) -> QuadMesh
     )
 
 
-def _shown(correlation: float) -> str:
+def _format_correlation(correlation: float) -> str:
     return "undefined" if math.isnan(correlation) else f"{correlation:.2f}"
 
 

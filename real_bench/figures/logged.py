@@ -15,34 +15,38 @@ if TYPE_CHECKING:
     from real_bench.figures.played import Play
 
 HEIGHT_CM = 5.6
-MOST_PANELS = 12
+MAX_PANELS = 12
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """A panel per name, all recordings together; at most the first twelve names."""
-    plays = [play for play in material.plays if len(play.logged)]
+    plays = [play for play in data.plays if len(play.logged)]
     if not plays:
         return None
     names = list(dict.fromkeys(raw for play in plays for raw in play.logged["name"]))
     with style.in_style():
-        figure, panels = style.panels(min(len(names), MOST_PANELS), HEIGHT_CM)
+        figure, panels = style.panels(min(len(names), MAX_PANELS), HEIGHT_CM)
         lines = []
         for number, play in enumerate(plays):
-            sign = style.sign(number)
+            line_style = style.line_style(number)
             handle = None
             for name, panel in zip(names, panels, strict=False):
                 rows = play.logged[play.logged["name"] == name]
                 steps = rows["step"] / style.MILLION
-                mark = sign.marker if len(rows) < 2 else ""
+                mark = line_style.marker if len(rows) < 2 else ""
                 (handle,) = panel.plot(
-                    steps, rows["value"], sign.line + mark, color=sign.colour, label=play.label
+                    steps,
+                    rows["value"],
+                    line_style.line + mark,
+                    color=line_style.colour,
+                    label=play.label,
                 )
             lines += [handle] if handle else []
         for name, panel in zip(names, panels, strict=False):
             panel.set_title(_name(name))
             panel.set_xlabel("step of the intrinsic phase (millions)")
             panel.set_xlim(left=0)
-        style.legend_below(figure, lines)
+        style.add_legend_below(figure, lines)
     tables = [({"recording": play.label}, _rows(play)) for play in plays]
     return Drawing(figure, Numbers.stacked(tables))
 

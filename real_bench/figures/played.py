@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from real_bench.analysis import count_by_period, planar
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError, SceneError
-from real_bench.figures.labels import distinct
-from real_bench.figures.latent_codes import LatentCodes, see, sight_settings
+from real_bench.figures.labels import make_distinct
+from real_bench.figures.latent_codes import LatentCodes, encode_recording, sight_settings
 from real_bench.files import file_sha256
-from real_bench.naming import shown_name
+from real_bench.naming import display_name
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
@@ -102,7 +102,7 @@ def play_labels(paths: Sequence[Path]) -> list[str]:
     for path in paths:
         with Recording(path) as recording:
             headers.append(recording.header)
-    return distinct(
+    return make_distinct(
         [_name(header) for header in headers],
         [f", seed {header.seed}" for header in headers],
         [f" ({path.stem})" for path in paths],
@@ -141,7 +141,9 @@ def read_play(path: Path, label: str, options: FigureOptions) -> Play:
             positions=positions,
             logged=logged[logged["step"] <= (ended_at[-1] if len(ended_at) else 0)],
             places=planar(positions, before, after),
-            sight=see(recording, experience, kept, positions, options.settings, options.seed),
+            sight=encode_recording(
+                recording, experience, kept, positions, options.settings, options.seed
+            ),
             levels=sight_settings(options.settings).abstraction.levels,
             region=_region(header),
         )
@@ -149,7 +151,7 @@ def read_play(path: Path, label: str, options: FigureOptions) -> Play:
 
 def _name(header: Header) -> str:
     objects = "" if header.objects == 1 else f", {header.objects} objects"
-    return f"{shown_name(header.controller)} {header.condition}{objects}"
+    return f"{display_name(header.controller)} {header.condition}{objects}"
 
 
 def _region(header: Header) -> GoalRegion | None:

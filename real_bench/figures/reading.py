@@ -30,7 +30,7 @@ def read_figure_data(
         options: how to see, and how much of the recordings to use.
         progress: called before each recording.
     """
-    tested = _finished([read_tested(file) for file in results])
+    tested = _finished_only([read_tested(file) for file in results])
     plays: list[Play] = []
     for file, label in zip(recordings, play_labels(recordings), strict=True):
         progress(len(plays), file.name)
@@ -38,7 +38,7 @@ def read_figure_data(
     return FigureData(tuple(plays), tested)
 
 
-def _finished(tested: Sequence[Tested]) -> tuple[Tested, ...]:
+def _finished_only(tested: Sequence[Tested]) -> tuple[Tested, ...]:
     for one in tested:
         if not one.result.is_finished:
             done = f"{len(one.result.trials)} of {len(one.result.setting.goal_numbers)} trials"

@@ -9,7 +9,7 @@ from typing import Any
 
 from real_bench.figures.drawing import Drawing
 from real_bench.figures.registry import FIGURES
-from real_bench.files import check_folder, check_output, write_whole
+from real_bench.files import check_folder, check_output, write_atomically
 
 SUFFIXES = (".png", ".svg", ".csv")
 SUMMARY = "figures.json"
@@ -38,7 +38,7 @@ def save_drawing(folder: Path, name: str, drawing: Drawing) -> None:
     """Write a figure's files; each appears whole."""
     contents = (drawing.png(), drawing.svg(), drawing.numbers.csv())
     for path, content in zip(paths(folder, name), contents, strict=True):
-        write_whole(path, content)
+        write_atomically(path, content)
 
 
 def remove_drawing(folder: Path, name: str) -> None:
@@ -50,4 +50,4 @@ def remove_drawing(folder: Path, name: str) -> None:
 def save_summary(folder: Path, facts: Mapping[str, Any]) -> None:
     """Write what the figures are of, and their single numbers."""
     text = json.dumps(facts, indent=1, allow_nan=False)
-    write_whole(folder / SUMMARY, (text + "\n").encode())
+    write_atomically(folder / SUMMARY, (text + "\n").encode())

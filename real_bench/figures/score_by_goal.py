@@ -25,9 +25,9 @@ SPREAD = 0.5
 """The share of a goal's width on the x axis that its scores take."""
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """A panel per controller, its conditions side by side; after the longest play of each."""
-    shown = _longest(material.series)
+    shown = _after_longest_play(data.series)
     if not shown:
         return None
     trials = shown[0].results[0].trials
@@ -47,7 +47,7 @@ def draw(material: FigureData) -> Drawing | None:
             for number, one in enumerate(own):
                 x = np.arange(0.0, len(goals)) + SPREAD * ((number + 0.5) / len(own) - 0.5)
                 scores = one.by_goal[order]
-                _draw(panel, x, scores, one, style.sign(conditions.index(one.condition)))
+                _draw(panel, x, scores, one, style.line_style(conditions.index(one.condition)))
                 tables.append(_rows(one, goals, classes, scores))
             panel.legend(
                 loc="lower right",
@@ -62,7 +62,7 @@ def draw(material: FigureData) -> Drawing | None:
     return Drawing(figure, Numbers.stacked(tables))
 
 
-def _longest(series: Sequence[Series]) -> list[Series]:
+def _after_longest_play(series: Sequence[Series]) -> list[Series]:
     """Of tests that differ only in the length of play, the one after the longest."""
     longest: dict[tuple[str, str], Series] = {}
     for one in sorted(series, key=lambda one: one.run_steps):
@@ -70,12 +70,20 @@ def _longest(series: Sequence[Series]) -> list[Series]:
     return [one for one in series if one is longest[one.controller, one.condition]]
 
 
-def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, sign: style.Sign) -> None:
+def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, line_style: style.LineStyle) -> None:
     runs = len(one.results)
     share = "" if one.results[0].is_complete else f" ({one.results[0].share})"
     caption = f"{one.condition}: mean {scores.mean():.3f}{share}, {counted(runs, 'run')}"
-    panel.vlines(x, 0, scores, color=sign.colour, linewidth=0.8)
-    panel.plot(x, scores, sign.marker, color=sign.colour, label=caption, clip_on=False, zorder=3)
+    panel.vlines(x, 0, scores, color=line_style.colour, linewidth=0.8)
+    panel.plot(
+        x,
+        scores,
+        line_style.marker,
+        color=line_style.colour,
+        label=caption,
+        clip_on=False,
+        zorder=3,
+    )
     panel.set_ylabel("score")
 
 

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 HEIGHT_CM = 5.6
 
 
-def draw(material: FigureData) -> Drawing | None:
+def draw(data: FigureData) -> Drawing | None:
     """A line per controller and condition that was tested after different lengths of play.
 
     Bars are 95% intervals over goals.
     """
     lines: dict[tuple[str, str], list[Series]] = {}
-    for one in sorted(material.series, key=lambda one: one.run_steps):
+    for one in sorted(data.series, key=lambda one: one.run_steps):
         lines.setdefault((one.controller, one.condition), []).append(one)
     lines = {who: tests for who, tests in lines.items() if len(tests) > 1}
     if not lines:
@@ -34,15 +34,15 @@ def draw(material: FigureData) -> Drawing | None:
         figure, (panel,) = style.panels(1, HEIGHT_CM)
         bars = []
         for number, ((controller, condition), tests) in enumerate(lines.items()):
-            rows, sign = _rows(tests), style.sign(number)
+            rows, line_style = _rows(tests), style.line_style(number)
             steps = np.asarray(rows["run_steps"]) / style.MILLION
             means = np.asarray(rows["score"])
             bar = panel.errorbar(
                 steps,
                 means,
                 [means - rows["interval_low"], rows["interval_high"] - means],
-                fmt=sign.line + sign.marker,
-                color=sign.colour,
+                fmt=line_style.line + line_style.marker,
+                color=line_style.colour,
                 capsize=2,
                 elinewidth=0.8,
                 label=f"{controller} {condition}{_part(tests[0])}",
@@ -56,7 +56,7 @@ def draw(material: FigureData) -> Drawing | None:
             1.05 * max(one.run_steps for tests in lines.values() for one in tests) / style.MILLION,
         )
         panel.set_ylim(bottom=0)
-        style.legend_below(figure, bars)
+        style.add_legend_below(figure, bars)
     return Drawing(figure, Numbers.stacked(tables))
 
 

@@ -18,7 +18,7 @@ CM = 1 / 2.54
 COLUMN_CM, PAGE_CM = 8.5, 17.5
 """Width of a column and of a page of print."""
 
-DOTS_AN_INCH = 200
+DOTS_PER_INCH = 200
 
 MILLION = 1_000_000
 """Steps are counted in millions on axes."""
@@ -37,7 +37,7 @@ _LINES = ("-", "--", ":", "-.")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 _SETTINGS: dict[Any, Any] = {
-    "figure.dpi": DOTS_AN_INCH,
+    "figure.dpi": DOTS_PER_INCH,
     "savefig.dpi": "figure",
     "font.size": 8,
     "axes.titlesize": 8,
@@ -62,7 +62,7 @@ _SETTINGS: dict[Any, Any] = {
 
 
 @dataclass(frozen=True)
-class Sign:
+class LineStyle:
     """How one of several lines is drawn."""
 
     colour: str
@@ -70,9 +70,9 @@ class Sign:
     marker: str
 
 
-def sign(number: int) -> Sign:
+def line_style(number: int) -> LineStyle:
     """The sign of the number-th line; no two of the first 28 are the same."""
-    return Sign(
+    return LineStyle(
         _COLOURS[number % len(_COLOURS)],
         _LINES[number % len(_LINES)],
         _MARKERS[number % len(_MARKERS)],
@@ -110,14 +110,14 @@ def panels(count: int, height_cm: float, **options: Any) -> tuple[Figure, list[A
     return figure, axes[:count]
 
 
-def count_upward(panel: Axes) -> None:
+def show_counts_on_y(panel: Axes) -> None:
     """Let the y axis show whole numbers, from 0."""
     panel.set_ylim(bottom=0)
     panel.locator_params(axis="y", integer=True)
     panel.yaxis.set_major_formatter("{x:,.0f}")
 
 
-def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
+def add_legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     """One legend for all panels; the figure grows to hold it."""
     n_columns = 2 if figure.get_figwidth() < PAGE_CM * CM else 4
     if max(len(str(handle.get_label())) for handle in handles) > ROOM_FOR_LETTERS:
@@ -127,7 +127,7 @@ def legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=n_columns)
 
 
-def heat_bar(figure: Figure, drawn: Any, **options: Any) -> None:
+def add_colour_bar(figure: Figure, drawn: Any, **options: Any) -> None:
     """A colour bar for counts; ``options`` are those of ``Figure.colorbar``.
 
     Its numbers are written out: exponents would be too small to read in print.

@@ -14,7 +14,7 @@ from real_bench.analysis import scores_by_goal
 from real_bench.counting import counted
 from real_bench.errors import ResultError
 from real_bench.files import file_sha256
-from real_bench.naming import shareable_name, shown_name
+from real_bench.naming import display_name, shareable_name
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
 
@@ -72,7 +72,8 @@ def check_same_goals(tested: Sequence[Tested]) -> None:
         if mine != first:
             raise ResultError(
                 "results of different goals cannot be drawn together: "
-                f"{tested[0].file} is of {_told(first)}, {one.file} of {_told(mine)}"
+                f"{tested[0].file} is of {_describe_trials(first)}, "
+                f"{one.file} of {_describe_trials(mine)}"
             )
 
 
@@ -111,7 +112,8 @@ class _Test:
         tested = shareable_name(setting.controller)
         curious = shareable_name(player) not in ("", tested)
         return cls(
-            shown_name(setting.controller) + (f", play of {shown_name(player)}" if curious else ""),
+            display_name(setting.controller)
+            + (f", play of {display_name(player)}" if curious else ""),
             json.dumps(setting.settings, sort_keys=True),
             setting.controller_sha256,
             setting.condition,
@@ -119,23 +121,25 @@ class _Test:
         )
 
     @property
-    def told_settings(self) -> list[str]:
+    def setting_lines(self) -> list[str]:
         """Each setting, by its dotted name."""
         return [f"{name}={value}" for name, value in dotted(json.loads(self.settings))]
 
 
 def _label(test: _Test, tests: Sequence[_Test]) -> str:
     """What a test's controller is called: with settings and code where others' differ."""
-    alike = [other for other in tests if other.name == test.name]
-    others = [other.told_settings for other in alike]
-    telling = [told for told in test.told_settings if not all(told in other for other in others)]
+    namesakes = [other for other in tests if other.name == test.name]
+    others = [other.setting_lines for other in namesakes]
+    distinguishing = [
+        line for line in test.setting_lines if not all(line in other for other in others)
+    ]
     same = [
         other
-        for other in alike
+        for other in namesakes
         if (other.settings, other.condition) == (test.settings, test.condition)
     ]
     code = f"code {test.code[:6]}" if len({other.code for other in same}) > 1 else ""
-    return ", ".join(filter(None, (test.name, *telling, code)))
+    return ", ".join(filter(None, (test.name, *distinguishing, code)))
 
 
 def _trials(result: Result) -> tuple[str, int, tuple[int, ...]]:
@@ -144,6 +148,6 @@ def _trials(result: Result) -> tuple[str, int, tuple[int, ...]]:
     return setting.goals_sha256, setting.trial_steps, goals
 
 
-def _told(trials: tuple[str, int, tuple[int, ...]]) -> str:
+def _describe_trials(trials: tuple[str, int, tuple[int, ...]]) -> str:
     goals_sha256, steps, goals = trials
     return f"{counted(len(goals), 'goal')} of set {goals_sha256[:8]}, {steps:,} steps each"

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import GoalSetError
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.goal_sets.goal import NO_BODY, Goal, GoalSet, check_size
 from real_bench.goal_sets.npy import read_npy_header
 from real_bench.goal_sets.png import decode_png, encode_png, read_png_header
@@ -51,7 +51,7 @@ def save_goal_set(goal_set: GoalSet, path: str | Path) -> None:
             row[field] = np.void(png.ljust(rows.dtype[field].itemsize, b"\0"))
     stream = io.BytesIO()
     np.save(stream, rows, allow_pickle=False)
-    write_whole(Path(path), stream.getvalue())
+    write_atomically(Path(path), stream.getvalue())
 
 
 def load_goal_set(path: str | Path) -> GoalSet:
@@ -160,7 +160,7 @@ def _goal_set(rows: _Rows) -> GoalSet:
         generator=str(first["generator"]),
         seed=int(first["seed"]),
     )
-    _check_untouched(goal_set, rows)
+    _check_unaltered(goal_set, rows)
     return goal_set
 
 
@@ -188,7 +188,7 @@ def _goal(index: int, row: np.void) -> Goal:
         raise GoalSetError(f"goal {index}: {error}") from error
 
 
-def _check_untouched(goal_set: GoalSet, rows: _Rows) -> None:
+def _check_unaltered(goal_set: GoalSet, rows: _Rows) -> None:
     for index, (row, goal) in enumerate(zip(rows, goal_set.goals, strict=True)):
         for field, value in _whole_set_fields(goal_set).items():
             if (row[field] != value).any() if field == "objects" else row[field] != value:

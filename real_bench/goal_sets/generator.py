@@ -31,15 +31,15 @@ from numpy.typing import NDArray
 
 from real_bench.counting import counted
 from real_bench.errors import GoalSetError, PhysicsError
-from real_bench.goal_sets.goal import CHALLENGES, LARGEST_SEED, Goal, GoalSet, check_size
+from real_bench.goal_sets.goal import CHALLENGES, MAX_SEED, Goal, GoalSet, check_size
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.simulation.scene import GoalRegion
 
 GENERATOR = "realbench-1"
 OFFICIAL_COUNTS: Mapping[str, int] = MappingProxyType({"2D": 25, "2.5D": 15, "3D": 10})
 
-OBJECTS_APART_M = 0.25
-START_TO_GOAL_M = 0.2
+MIN_OBJECT_DISTANCE_M = 0.25
+MIN_START_TO_GOAL_M = 0.2
 MAX_DRIFT = 0.041
 
 SETTLED_POSITION_M = 1e-4
@@ -113,23 +113,25 @@ class _Drawing:
     def goal(self) -> Goal:
         for _ in range(MAX_SETTLINGS):
             drawn = self._draw()
-            if (start := self._settled(drawn[0])) is None:
+            if (start := self._drop(drawn[0])) is None:
                 continue
-            if (end := self._settled(drawn[1])) is None:
+            if (end := self._drop(drawn[1])) is None:
                 continue
-            if self._suits(start, end):
-                return self._seen(start, end)
-        raise GoalSetError(f"{self._whose()}: none of {MAX_SETTLINGS} draws settled as required")
+            if self._is_acceptable(start, end):
+                return self._render_goal(start, end)
+        raise GoalSetError(
+            f"{self._describe_request()}: none of {MAX_SETTLINGS} draws settled as required"
+        )
 
     def _draw(self) -> tuple[Poses, Poses]:
         """Poses to drop from; they already respect the distances."""
         for _ in range(MAX_DRAWS):
             start, end = self._drop_poses(), self._drop_poses()
-            if self._are_apart(start) and self._are_apart(end) and self._suits(start, end):
+            if self._are_apart(start) and self._are_apart(end) and self._is_acceptable(start, end):
                 return start, end
-        raise GoalSetError(f"{self._whose()}: no room in {MAX_DRAWS} draws")
+        raise GoalSetError(f"{self._describe_request()}: no room in {MAX_DRAWS} draws")
 
-    def _whose(self) -> str:
+    def _describe_request(self) -> str:
         return (
             f"scene {self._simulation.scene.name} has no {self._challenge} goal "
             f"for {counted(len(self._rest), 'object')} within its goal region"
@@ -146,7 +148,7 @@ class _Drawing:
         orientations = _random_quaternions(self._rng, n) if self._any_orientation else self._rest
         return np.column_stack([x, y, z, orientations])
 
-    def _settled(self, poses: Poses) -> Poses | None:
+    def _drop(self, poses: Poses) -> Poses | None:
         """Where objects dropped from these poses come to rest; None if that is not acceptable."""
         try:
             settled = _settle(self._simulation, poses)
@@ -165,15 +167,15 @@ class _Drawing:
             return True
         first, second = np.triu_indices(len(poses), k=1)
         between = poses[first, :3] - poses[second, :3]
-        return bool((np.linalg.norm(between, axis=1) >= OBJECTS_APART_M).all())
+        return bool((np.linalg.norm(between, axis=1) >= MIN_OBJECT_DISTANCE_M).all())
 
-    def _suits(self, start: Poses, end: Poses) -> bool:
+    def _is_acceptable(self, start: Poses, end: Poses) -> bool:
         """Whether start and goal differ enough, and use the shelf as the challenge says."""
         way = np.linalg.norm(start[:, :2] - end[:, :2], axis=1)
         uses_shelf = bool(_is_over_shelf(np.append(start[:, 0], end[:, 0]), self._region).any())
-        return bool((way >= START_TO_GOAL_M).all()) and uses_shelf == self._may_use_shelf
+        return bool((way >= MIN_START_TO_GOAL_M).all()) and uses_shelf == self._may_use_shelf
 
-    def _seen(self, start: Poses, end: Poses) -> Goal:
+    def _render_goal(self, start: Poses, end: Poses) -> Goal:
         self._simulation.reset(start)
         before = self._simulation.image()
         self._simulation.set_object_poses(end)  # no step was taken: the world is as good as fresh
@@ -233,7 +235,7 @@ def _check_request(scene: Scene, seed: int, counts: Mapping[str, int]) -> None:
         )
     if min(counts.values(), default=0) < 0 or sum(counts.values()) < 1:
         raise GoalSetError(f"cannot draw {dict(counts)} goals: ask for at least one, none below 0")
-    if not 0 <= seed <= LARGEST_SEED:
+    if not 0 <= seed <= MAX_SEED:
         raise GoalSetError(f"seed {seed}: use 0 to 2**63 - 1")
     camera = scene.manifest.camera
     check_size(sum(counts.values()), camera.height, camera.width)

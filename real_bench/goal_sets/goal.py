@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 CHALLENGES = ("2D", "2.5D", "3D")
 NO_BODY = -1  # in a mask: no body in this pixel
-LARGEST_BODY_ID = 254  # a mask must fit in eight bits beside "no body"
-LARGEST_SEED = 2**63 - 1
+MAX_BODY_ID = 254  # a mask must fit in eight bits beside "no body"
+MAX_SEED = 2**63 - 1
 UNKNOWN_SEED = -1
 SECRET = "-secret"
 """Suffix of the generator's name for secret goals."""
@@ -202,7 +202,7 @@ class GoalSet:
         _check_text("scene_sha256", self.scene_sha256, _SHA256)
         if len(set(self.object_names)) < len(self.object_names) or not self.object_names:
             raise GoalSetError(f"objects {', '.join(self.object_names) or 'none'}: name each once")
-        if not UNKNOWN_SEED <= self.seed <= LARGEST_SEED:
+        if not UNKNOWN_SEED <= self.seed <= MAX_SEED:
             raise GoalSetError(f"seed {self.seed}: use 0 to 2**63 - 1, or -1 if unknown")
 
 
@@ -244,10 +244,10 @@ def _checked_mask(value: NDArray[np.integer[Any]]) -> NDArray[np.int32]:
             f"mask is {value.dtype} of shape {value.shape}: it must be integers (height, width)"
         )
     lowest, highest = int(value.min()), int(value.max())
-    if lowest < NO_BODY or highest > LARGEST_BODY_ID:
+    if lowest < NO_BODY or highest > MAX_BODY_ID:
         raise GoalSetError(
             f"mask holds body ids {lowest} to {highest}: they must be within "
-            f"{NO_BODY} (none) to {LARGEST_BODY_ID}"
+            f"{NO_BODY} (none) to {MAX_BODY_ID}"
         )
     return np.array(value, dtype=np.int32)
 

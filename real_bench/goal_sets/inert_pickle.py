@@ -2,8 +2,8 @@
 
 A pickle is a program for a small stack machine. This machine knows only the instructions that
 describe data. If a pickle asks to call something, the machine only notes the call
-(:class:`Made`) and leaves its interpretation to the reader; so there is nothing to abuse, not
-even the attributes of an allowed class.
+(:class:`PickledCall`) and leaves its interpretation to the reader; so there is nothing to abuse,
+not even the attributes of an allowed class.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ MAX_INSTRUCTIONS = 1_000_000  # each may take some hundred bytes; official files
 
 
 @dataclass(frozen=True)
-class Name:
+class PickledName:
     """A class or function that a pickle names."""
 
     text: str
 
 
 @dataclass(repr=False, eq=False)
-class Made:
+class PickledCall:
     """A call that a pickle asked for, and the state that its result would get."""
 
-    by: Name
+    by: PickledName
     arguments: tuple[Any, ...]
     state: Any = None
 
@@ -86,7 +86,7 @@ class _Machine:
     def name(self, text: str) -> None:
         if text not in self.allowed:
             raise GoalSetError(f"it asks for {text[:100]!r}, which no goal needs: refused")
-        self.push(Name(text))
+        self.push(PickledName(text))
 
     def name_from_stack(self, _: Any) -> None:
         name, module = (_expect(self.stack.pop(), str) for _ in range(2))
@@ -94,11 +94,11 @@ class _Machine:
 
     def make(self, _: Any) -> None:
         arguments = _expect(self.stack.pop(), tuple)
-        self.push(Made(_expect(self.stack.pop(), Name), arguments))
+        self.push(PickledCall(_expect(self.stack.pop(), PickledName), arguments))
 
     def build(self, _: Any) -> None:
         state = self.stack.pop()
-        _expect(self.stack[-1], Made).state = state
+        _expect(self.stack[-1], PickledCall).state = state
 
 
 _INSTRUCTIONS: dict[str, Callable[[_Machine, Any], None]] = {
@@ -134,7 +134,7 @@ _INSTRUCTIONS: dict[str, Callable[[_Machine, Any], None]] = {
 
 
 def read_pickle(data: bytes, allowed: frozenset[str]) -> object:
-    """Read a pickle of protocols 2 to 4 into plain data, :class:`Name` and :class:`Made`.
+    """Read a pickle of protocols 2 to 4 into plain data, PickledName and PickledCall.
 
     Args:
         data: the pickle.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet, check_size
-from real_bench.goal_sets.inert_pickle import Made, read_pickle
+from real_bench.goal_sets.inert_pickle import PickledCall, read_pickle
 from real_bench.goal_sets.npy import read_npy_header
 from real_bench.simulation.scene import Scene
 
@@ -47,7 +47,7 @@ def import_official(path: str | Path, scene: Scene) -> GoalSet:
         GoalSetError: the file is something else, or asks for more than goals need.
     """
     try:
-        pickled = _unzipped(Path(path))
+        pickled = _unzip(Path(path))
         goals = [_fields(goal) for goal in _object_array(pickled)]
         names = _object_names(goals, scene)
         return GoalSet(
@@ -64,7 +64,7 @@ def import_official(path: str | Path, scene: Scene) -> GoalSet:
         raise GoalSetError(f"{path} cannot be used as an official goal file: {error}") from error
 
 
-def _unzipped(path: Path) -> bytes:
+def _unzip(path: Path) -> bytes:
     """The only member of the .npz, once its declared size is found to be modest."""
     if path.stat().st_size > MAX_BYTES:
         raise GoalSetError(f"it has {path.stat().st_size} bytes, at most {MAX_BYTES} are read")
@@ -98,7 +98,11 @@ def _object_array(content: bytes) -> list[Any]:
 
 
 def _fields(goal: Any) -> dict[str, Any]:
-    if not isinstance(goal, Made) or goal.by.text != _GOAL or not isinstance(goal.state, dict):
+    if (
+        not isinstance(goal, PickledCall)
+        or goal.by.text != _GOAL
+        or not isinstance(goal.state, dict)
+    ):
         raise GoalSetError("it holds something other than goals")
     wanted = ("challenge", "initial_state", "final_state", "retina_before", "retina", "mask")
     missing = [name for name in wanted if name not in goal.state]
@@ -172,14 +176,14 @@ def _array(value: Any, n_dimensions: int) -> NDArray[Any]:
 
 def _array_state(value: Any) -> tuple[Any, ...]:
     """The state that numpy would give an array: version, shape, dtype, Fortran order, data."""
-    is_array = isinstance(value, Made) and value.by.text in _RECONSTRUCT
+    is_array = isinstance(value, PickledCall) and value.by.text in _RECONSTRUCT
     if not is_array or not isinstance(value.state, tuple) or len(value.state) != 5:
         raise GoalSetError("something other than an array where one was expected")
     return value.state
 
 
 def _number_type(value: Any) -> np.dtype[Any]:
-    is_dtype = isinstance(value, Made) and value.by.text == _DTYPE and value.arguments
+    is_dtype = isinstance(value, PickledCall) and value.by.text == _DTYPE and value.arguments
     code = value.arguments[0] if is_dtype else None
     state = value.state if is_dtype else None
     order = state[1] if isinstance(state, tuple) and len(state) > 1 else None

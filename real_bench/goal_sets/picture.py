@@ -25,7 +25,7 @@ Box = tuple[int, int, int, int]
 
 def contact_sheet(goal_set: GoalSet) -> Image.Image:
     """Start and goal of every goal side by side, numbered from 0, in a grid."""
-    box = box_of_bodies([goal.mask for goal in goal_set.goals])
+    box = bounding_box_of_bodies([goal.mask for goal in goal_set.goals])
     pairs = [
         _captioned(
             [thumbnail(goal.retina_before, box), thumbnail(goal.retina, box)],
@@ -52,7 +52,7 @@ def captioned(images: Sequence[_Retina], captions: Sequence[str]) -> _Retina:
     return np.asarray(_captioned([Image.fromarray(image) for image in images], captions))
 
 
-def box_of_bodies(masks: Sequence[NDArray[np.int32]]) -> Box:
+def bounding_box_of_bodies(masks: Sequence[NDArray[np.int32]]) -> Box:
     """Left, upper, right, lower of the part of the images that shows more than background."""
     any_body = np.any([mask != NO_BODY for mask in masks], axis=0)
     height, width = any_body.shape

@@ -70,7 +70,7 @@ def draw_secret_goals(
     return goal_set, Opening(seed=seed, salt=secrets.token_hex(32), goals_sha256=goal_set.sha256)
 
 
-def drawn_again(
+def is_reproduced(
     goal_set: GoalSet,
     opening: Opening,
     scene: Scene,

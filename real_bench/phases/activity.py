@@ -15,6 +15,6 @@ class Activity(Protocol):
         """The controller is busy with this."""
 
 
-def unwatched(what: str, /) -> AbstractContextManager[object]:
+def ignore_activity(what: str, /) -> AbstractContextManager[object]:
     """Nobody watches."""
     return nullcontext()

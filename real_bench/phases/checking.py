@@ -13,7 +13,7 @@ import numpy as np
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
-from real_bench.phases.player import at_play
+from real_bench.phases.player import make_player
 from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
 from real_bench.recording.state import restore_state, strip_state
 from real_bench.simulation.scene import Scene
@@ -62,17 +62,17 @@ class ControllerCheck:
             identity = self.backend.identity(self.controller, self.settings)
             yield Finding("loads", True, f"{identity}, {_level(identity)}")
             with closing(Task(self.scene, self.condition, self.objects)) as task:
-                yield from self._at_work(task, identity)
+                yield from self._check_play(task, identity)
         except RealBenchError as error:
             yield Finding("fails", False, str(error))
 
-    def _at_work(self, task: Task, identity: Identity) -> Iterator[Finding]:
+    def _check_play(self, task: Task, identity: Identity) -> Iterator[Finding]:
         with self._proxy(task) as proxy:
             yield Finding("is made", True, f"for {self.condition.name}")
             proxy.seed(SEED)
             task.begin()
             proxy.call("start_intrinsic_phase")
-            first = at_play(proxy, task).play(N_STEPS)
+            first = make_player(proxy, task).play(N_STEPS)
             yield Finding("plays", True, f"{first.duration} steps")
             if identity.learns_across_trials:
                 yield Finding("copies", True, "not needed: one controller meets all goals in order")
@@ -140,20 +140,20 @@ def official_options(folder: Path) -> OfficialOptions:
 
     for name in OFFICIAL_OPTIONS:
         if (folder / name).is_file():
-            values = dict(_leaves(read_mapping(folder / name, "the options file", RealBenchError)))
-            return _understood(values)
+            values = dict(_flatten(read_mapping(folder / name, "the options file", RealBenchError)))
+            return _parse_options(values)
     return OfficialOptions()
 
 
-def _leaves(values: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
+def _flatten(values: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
     for name, value in values.items():
         if isinstance(value, Mapping):
-            yield from _leaves(value)
+            yield from _flatten(value)
         else:
             yield str(name), value
 
 
-def _understood(values: Mapping[str, Any]) -> OfficialOptions:
+def _parse_options(values: Mapping[str, Any]) -> OfficialOptions:
     perception = PERCEPTION_OF.get(str(values.get("environment")))
     control = CONTROL_OF.get(str(values.get("action_type")))
     condition = perception + control if perception and control else None
@@ -177,7 +177,7 @@ def _text(value: Any) -> str | None:
     return value if isinstance(value, str) else None
 
 
-def commands_to_use(
+def suggest_commands(
     controller: str, identity: Identity, condition: str, options: OfficialOptions
 ) -> list[list[str]]:
     """The command lines that play and test a controller, each as its words."""
@@ -189,10 +189,10 @@ def commands_to_use(
     objects = ["--objects", str(options.objects)] if options.objects not in (None, 1) else []
     steps = ["--steps", str(options.steps)] if options.steps else []
     trials = ["--trials", str(options.trials)] if options.trials not in (None, 50) else []
-    whom = ["--controller", controller, "--condition", condition, *objects]
+    subject = ["--controller", controller, "--condition", condition, *objects]
     if identity.hands_over_state or identity.learns_from_experience:
-        commands.append(["realbench", "intrinsic", *whom, *steps])
+        commands.append(["realbench", "intrinsic", *subject, *steps])
         commands.append(["realbench", "extrinsic", *goals, *trials])
     else:
-        commands.append(["realbench", "evaluate", *whom, *steps, *goals, *trials])
+        commands.append(["realbench", "evaluate", *subject, *steps, *goals, *trials])
     return commands

@@ -18,7 +18,7 @@ from real_bench.controls import MacroControl
 from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.goal_sets import Goal
 from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
 from real_bench.phases.proxy import ControllerProxy, fault
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 COLUMNS = 5
 PANEL_INCHES = 4.0
 MARGIN_PX = 25
-DOTS_AN_INCH = 80
+DOTS_PER_INCH = 80
 GOAL, NOW, PUSH, LATER, EXPECTED, ACTUAL = GREEN, WHITE, ORANGE, AMBER, SKY, YELLOW
 LEGEND = {
     "object now": NOW,
@@ -112,7 +112,7 @@ class Explainer:
             raise RealBenchError(f"an explanation cannot be written as JSON: {error}") from error
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            write_whole(folder / f"{name}.json", (text + "\n").encode())
+            write_atomically(folder / f"{name}.json", (text + "\n").encode())
             self._draw(folder / f"{name}.png", name)
         except OSError as error:
             raise RealBenchError(f"cannot write into {folder}: {error.strerror}") from error
@@ -126,7 +126,7 @@ class Explainer:
 
         n_rows = -(-len(self._decisions) // COLUMNS)
         size = (COLUMNS * PANEL_INCHES, n_rows * PANEL_INCHES * 0.7 + 0.8)
-        figure = Figure(figsize=size, dpi=DOTS_AN_INCH, layout="constrained")
+        figure = Figure(figsize=size, dpi=DOTS_PER_INCH, layout="constrained")
         axes = np.atleast_1d(figure.subplots(n_rows, COLUMNS)).ravel()
         for panel in axes:
             panel.set_axis_off()
@@ -141,7 +141,7 @@ class Explainer:
         figure.suptitle(f"{name} ({self._goal.challenge})")
         stream = io.BytesIO()
         figure.savefig(stream, format="png")
-        write_whole(path, stream.getvalue())
+        write_atomically(path, stream.getvalue())
 
     def _draw_decision(self, panel: Axes, number: int, decision: Decision) -> None:
         explanation = decision.explanation
@@ -163,8 +163,12 @@ class Explainer:
         points = [self._goal.final_poses[:, :3]]
         for decision in self._decisions:
             height = float(decision.before[:, 2].min())
-            ways = [_push(action, height) for action in decision.explanation.actions]
-            points += [decision.before, decision.after, *(way for way in ways if way is not None)]
+            pushes = [_push_endpoints(action, height) for action in decision.explanation.actions]
+            points += [
+                decision.before,
+                decision.after,
+                *(endpoints for endpoints in pushes if endpoints is not None),
+            ]
         pixels = self._pixels(np.vstack(points))
         height_px, width_px, _ = self._decisions[0].image.shape
         left, top = np.maximum(pixels.min(axis=0) - MARGIN_PX, 0)
@@ -173,9 +177,9 @@ class Explainer:
         panel.set_ylim(bottom, top)
 
     def _draw_push(self, panel: Axes, action: Action, height: float, colour: str) -> None:
-        way = _push(action, height)
-        if way is not None:
-            start, end = self._pixels(way)
+        endpoints = _push_endpoints(action, height)
+        if endpoints is not None:
+            start, end = self._pixels(endpoints)
             arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2}
             panel.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow)
 
@@ -184,8 +188,8 @@ class Explainer:
     ) -> None:
         for index, start in enumerate(decision.before):
             heights = np.full((len(positions), 1), start[2])
-            way = np.vstack([start, np.hstack([positions[:, index], heights])])
-            pixels = self._pixels(way)
+            path = np.vstack([start, np.hstack([positions[:, index], heights])])
+            pixels = self._pixels(path)
             panel.plot(*pixels.T, ".-", color=EXPECTED, linewidth=1.5, markersize=7)
 
     def _mark(
@@ -206,7 +210,7 @@ class Explainer:
         return self._task.simulation.camera.pixels(points)
 
 
-def _push(action: Action, height: float) -> NDArray[np.float64] | None:
+def _push_endpoints(action: Action, height: float) -> NDArray[np.float64] | None:
     """The two ends of a macro, (2, 3) metres; other actions have no way that could be drawn."""
     command = action.commands[0]
     if command.shape != (MacroControl.size,) or np.isnan(command).any():

@@ -12,16 +12,16 @@ from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.locks import write_lock
-from real_bench.phases.activity import Activity, unwatched
+from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.proxy import ControllerProxy, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, run_versions
-from real_bench.scoring.commands import LONGEST_TRIAL
+from real_bench.scoring.commands import MAX_TRIAL_STEPS
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
-from real_bench.source import recorded_as
+from real_bench.source import recorded_name
 
 OnTrial = Callable[[Result], None]
 
@@ -54,9 +54,9 @@ class ExtrinsicPhase:
             raise RealBenchError(f"--jobs must be at least 1, not {self.jobs}")
         if not 0 <= self.plan.seed < 2**63:
             raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.plan.seed}")
-        if not 1 <= self.plan.trial_steps <= LONGEST_TRIAL:
+        if not 1 <= self.plan.trial_steps <= MAX_TRIAL_STEPS:
             raise RealBenchError(
-                f"a trial needs 1 to {LONGEST_TRIAL:,} steps, not {self.plan.trial_steps:,}"
+                f"a trial needs 1 to {MAX_TRIAL_STEPS:,} steps, not {self.plan.trial_steps:,}"
             )
         self.plan.goal_set.check_fits(self.plan.scene, self.plan.goal_set.n_objects)
 
@@ -67,7 +67,7 @@ class ExtrinsicPhase:
         resume: bool = False,
         overwrite: bool = False,
         proxy: ControllerProxy | None = None,
-        activity: Activity = unwatched,
+        activity: Activity = ignore_activity,
     ) -> Result:
         """Test every goal; the result file is rewritten after each.
 
@@ -91,7 +91,7 @@ class ExtrinsicPhase:
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
             identity = self._identity() if proxy is None else proxy.identity
             given = self.plan.handover(identity) if proxy is None else NOTHING
-            result = self._begun(identity, given.learned, resume)
+            result = self._initial_result(identity, given.learned, resume)
             for trial, seconds in self._trials(identity, result, proxy, given, stop, activity):
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
@@ -113,7 +113,7 @@ class ExtrinsicPhase:
         log.info("controller: %s", identity)
         return identity
 
-    def _begun(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:
+    def _initial_result(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:
         """An empty result, or the one to be resumed."""
         setting = self._setting(identity, learned)
         if not resume:
@@ -155,7 +155,12 @@ class ExtrinsicPhase:
         if self.jobs > 1 and proxy is None and not identity.learns_across_trials:
             jobs = min(self.jobs, len(left))
             yield from in_processes(
-                partial(_maker, self.plan, given), left, jobs, stop, LOST_WORKER, activity
+                partial(_make_trial_function, self.plan, given),
+                left,
+                jobs,
+                stop,
+                LOST_WORKER,
+                activity,
             )
             return
         maker = TrialMaker(self.plan, proxy, given, activity=activity)
@@ -166,7 +171,7 @@ class ExtrinsicPhase:
                     "and what it learned is lost; use --overwrite"
                 )
             for number in left:
-                if stop.made:
+                if stop.requested:
                     return
                 yield maker.make(number)
         finally:
@@ -186,7 +191,7 @@ class ExtrinsicPhase:
             object_names=plan.goal_set.object_names,
             scene=plan.scene.name,
             scene_sha256=plan.scene.sha256,
-            controller=recorded_as(plan.controller),
+            controller=recorded_name(plan.controller),
             controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
             learned=learned,
@@ -209,5 +214,7 @@ def _run_identity(run: Path | None) -> tuple[str, int]:
     return file_sha256(run), n_steps
 
 
-def _maker(plan: TrialPlan, given: Handover) -> Callable[[int], tuple[TrialResult, float]]:
+def _make_trial_function(
+    plan: TrialPlan, given: Handover
+) -> Callable[[int], tuple[TrialResult, float]]:
     return TrialMaker(plan, given=given).make

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.goal_sets import Goal, captioned
 from real_bench.scoring.metric import goal_score
 from real_bench.task import Task
 
 CODEC: Final = "libx264"
-STEPS_A_FRAME = 50
-FRAMES_A_SECOND = 16  # four times as fast as the simulated robot
+STEPS_PER_FRAME = 50
+FRAMES_PER_SECOND = 16  # four times as fast as the simulated robot
 
 
 class Film:
@@ -39,13 +39,13 @@ class Film:
         self._av, self._path = av, path
         # In memory (a few megabytes): FFmpeg may crash when a write fails.
         self._film = io.BytesIO()
-        with self._guard(), ExitStack() as held:
+        with self._guard(), ExitStack() as resources:
             self._container = av.open(self._film, "w", format="mp4")
-            held.callback(self._container.close)
-            self._stream = self._container.add_stream(CODEC, rate=Fraction(FRAMES_A_SECOND))
+            resources.callback(self._container.close)
+            self._stream = self._container.add_stream(CODEC, rate=Fraction(FRAMES_PER_SECOND))
             self._stream.pix_fmt = "yuv420p"
             self._stream.options = {"crf": "28", "preset": "veryfast"}
-            self._held = held.pop_all()
+            self._resources = resources.pop_all()
 
     def add(self, picture: NDArray[np.uint8]) -> None:
         """Add a frame, (height, width, 3) uint8; all must have the same size."""
@@ -60,10 +60,10 @@ class Film:
     def close(self) -> None:
         """Finish the film, and write the file."""
         with self._guard():
-            with self._held:
+            with self._resources:
                 self._container.mux(self._stream.encode(None))
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(self._path, self._film.getvalue())
+            write_atomically(self._path, self._film.getvalue())
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
@@ -86,7 +86,7 @@ def check_films() -> None:
 
 
 @contextmanager
-def filmed(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[None]:
+def film_trial(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[None]:
     """Film a trial if a path is given. Filming does not affect the trial.
 
     The goal is shown beside the camera image; above them the condition, the step, the goal's number
@@ -111,7 +111,7 @@ def filmed(task: Task, goal: Goal, path: Path | None, number: int) -> Iterator[N
 @contextmanager
 def filming(task: Task, shoot: Callable[[], None]) -> Iterator[None]:
     """Shoot now and then every 50 steps."""
-    task.watch(shoot, STEPS_A_FRAME)
+    task.watch(shoot, STEPS_PER_FRAME)
     try:
         shoot()
         yield

@@ -14,7 +14,7 @@ from real_bench.phases.proxy import Identity
 from real_bench.recording import ControllerState, Header, Recording
 from real_bench.scoring.result import Learned
 from real_bench.settings import dotted
-from real_bench.source import ControllerSource, is_code_of, resolved
+from real_bench.source import ControllerSource, has_code_hash, resolved
 
 Wanted = Literal["keep", "again", "nothing"]
 """What to do in doubt: use what was learned with other code or settings (``keep``), learn again
@@ -38,7 +38,7 @@ class Handover:
 NOTHING = Handover()
 
 
-def handed_over(
+def load_handover(
     run: Path, controller: str, identity: Identity, condition: Condition, wanted: Wanted | None
 ) -> Handover:
     """What a recording holds for a controller; nothing if another one played.
@@ -56,13 +56,13 @@ def handed_over(
     """
     with Recording(run) as recording:
         header = recording.header
-        if not header.is_of(resolved(controller), identity.code_sha256, identity.class_name):
+        if not header.was_made_by(resolved(controller), identity.code_sha256, identity.class_name):
             return NOTHING
-        header.check_state_may_serve(condition)
+        header.check_state_is_allowed(condition)
         state, files = recording.controller_state(), recording.controller_files()
         code = recording.code_sha256
     if not (state or files):
-        _check_it_is_no_loss(run, controller, identity, wanted)
+        _check_nothing_is_lost(run, controller, identity, wanted)
         return NOTHING
     if wanted == "nothing":
         raise ControllerError(
@@ -86,7 +86,7 @@ def handed_over(
     return Handover(state, files, Learned(code_sha256=code, settings=header.settings))
 
 
-def _check_it_is_no_loss(
+def _check_nothing_is_lost(
     run: Path, controller: str, identity: Identity, wanted: Wanted | None
 ) -> None:
     """Refuse to test a controller without what it learned at play, unless that is wanted."""
@@ -99,7 +99,7 @@ def _check_it_is_no_loss(
 
 
 def _changes(header: Header, code: str, controller: str, identity: Identity) -> Iterator[str]:
-    if not is_code_of(ControllerSource.of(controller), code):
+    if not has_code_hash(ControllerSource.of(controller), code):
         yield "code"
     before, now = dict(dotted(header.settings)), dict(dotted(_plain(identity.settings)))
     changed = [

@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
-from real_bench.phases.activity import LEARNING, Activity, unwatched
+from real_bench.phases.activity import LEARNING, Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
-from real_bench.phases.player import at_play
+from real_bench.phases.player import make_player
 from real_bench.phases.proxy import (
     NO_FILES,
     ControllerBackend,
     ControllerProxy,
     Identity,
-    closed_on_error,
+    close_on_error,
 )
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
@@ -38,7 +38,7 @@ from real_bench.recording import (
     run_versions,
 )
 from real_bench.simulation.scene import Scene
-from real_bench.source import recorded_as, resolved
+from real_bench.source import recorded_name, resolved
 from real_bench.task import Task
 
 
@@ -108,7 +108,7 @@ class IntrinsicPhase:
         *,
         resume: bool = False,
         overwrite: bool = False,
-        activity: Activity = unwatched,
+        activity: Activity = ignore_activity,
     ) -> ControllerProxy:
         """Play to the end; returns the controller as it is then.
 
@@ -128,11 +128,11 @@ class IntrinsicPhase:
         task = Task(self.scene, self.condition, self.objects)
         try:
             proxy = self.backend.proxy(self.controller, self.settings, task, self._files(resume))
-            with closed_on_error(proxy), stop_requests() as stop:
+            with close_on_error(proxy), stop_requests() as stop:
                 if not proxy.identity.learns_across_trials:
                     proxy.copy().close()  # report one that cannot be copied before it plays
                 log.info("controller: %s", proxy.identity)
-                self._tell_what_is_forgotten(proxy.identity)
+                self._log_what_is_lost(proxy.identity)
                 header = self._header(proxy.identity)
                 with self._recorder(header, resume, overwrite) as recorder:
                     with activity(LEARNING):
@@ -144,7 +144,7 @@ class IntrinsicPhase:
             task.close()
         return proxy
 
-    def _tell_what_is_forgotten(self, identity: Identity) -> None:
+    def _log_what_is_lost(self, identity: Identity) -> None:
         if not (identity.hands_over_state or identity.learns_from_experience):
             log.info(
                 "it has no get_state(): what it learns is lost after the play, except in "
@@ -194,7 +194,7 @@ class IntrinsicPhase:
             scene_source=self.scene.source,
             scene_sha256=self.scene.sha256,
             seed=self.seed,
-            controller=recorded_as(self.controller),
+            controller=recorded_name(self.controller),
             controller_source=source,
             controller_class=identity.class_name,
             controller_sha256=identity.code_sha256,
@@ -213,7 +213,7 @@ class IntrinsicPhase:
         return self.images
 
 
-LONGEST_WITHOUT_CHECKPOINT_S = 10.0
+MAX_CHECKPOINT_INTERVAL_S = 10.0
 
 
 class _Play:
@@ -231,7 +231,7 @@ class _Play:
         self._task, self._proxy, self._recorder = task, proxy, recorder
         self._steps, self._out = steps, out
         self._learning = partial(activity, LEARNING)
-        self._player = at_play(proxy, task, self._learning)
+        self._player = make_player(proxy, task, self._learning)
         self._next_checkpoint = 0.0
 
     def run(self, report: OnPlay, stop: StopRequest) -> None:
@@ -272,7 +272,7 @@ class _Play:
         now = self._snapshot()
         recorder.add_state(now)
         n_actions = n_moved = 0
-        while recorder.n_steps < self._steps and not stop.made:
+        while recorder.n_steps < self._steps and not stop.requested:
             action = self._player.play(self._steps - recorder.n_steps)
             before, now = now, self._snapshot()
             recorder.add_transition(action, now)
@@ -299,7 +299,7 @@ class _Play:
         if began >= self._next_checkpoint:
             self._recorder.checkpoint(self._proxy.get_state())
             now = time.monotonic()
-            self._next_checkpoint = now + min(99 * (now - began), LONGEST_WITHOUT_CHECKPOINT_S)
+            self._next_checkpoint = now + min(99 * (now - began), MAX_CHECKPOINT_INTERVAL_S)
 
 
 def _moved(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:

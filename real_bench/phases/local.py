@@ -12,22 +12,22 @@ from typing import Any, cast
 import numpy as np
 
 from real_bench.actions import Action, Command, check_action, wants_render
-from real_bench.blame import blame, says_enough
+from real_bench.blame import blame, is_self_explanatory
 from real_bench.compat.official import OfficialActions, official_observation, official_space
 from real_bench.controller import Controller
 from real_bench.errors import ActionError, ControllerError, PhysicsError
 from real_bench.explanation import Explanation
 from real_bench.finding import (
     find_controller,
-    has_own,
     is_action_level,
-    keeps_our_contract,
+    overrides_hook,
     source_file,
+    uses_extended_api,
 )
 from real_bench.independence import shared_through
 from real_bench.logbook import Entry, take_entries
 from real_bench.observation import Observation
-from real_bench.phases.proxy import NO_FILES, Identity, Terms, fault
+from real_bench.phases.proxy import NO_FILES, ControllerContext, Identity, fault
 from real_bench.recording import ControllerState, Experience
 from real_bench.settings import check_settings, merged, settings_in_full
 from real_bench.source import ControllerSource
@@ -46,14 +46,14 @@ class LocalBackend:
 
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
-        kind, source = _loaded(spec)
+        kind, source = _load_controller(spec)
         return identify(kind, source, settings)
 
     def proxy(
         self,
         spec: str,
         settings: Mapping[str, Any],
-        task: Terms,
+        task: ControllerContext,
         files: Mapping[str, bytes] = NO_FILES,
     ) -> LocalProxy:
         """The controller, made; raises ControllerError."""
@@ -62,11 +62,11 @@ class LocalBackend:
                 f"controller {spec}: it played in isolation and wrote {', '.join(sorted(files))}: "
                 "use --isolate to give it these files back"
             )
-        kind, source = _loaded(spec)
+        kind, source = _load_controller(spec)
         return LocalProxy(source, kind, settings, task)
 
 
-def _loaded(spec: str) -> tuple[type[Any], ControllerSource]:
+def _load_controller(spec: str) -> tuple[type[Any], ControllerSource]:
     """A controller's class and its source; its packages are installed before it is imported."""
     source = ControllerSource.of(spec)
     if source.submission is not None:
@@ -87,8 +87,8 @@ def identify(
         action_level=is_action_level(kind),
         uses_images=bool(getattr(kind, "uses_images", False)),
         learns_across_trials=_learns_across_trials(kind),
-        learns_from_experience=has_own(kind, "use_experience"),
-        hands_over_state=has_own(kind, "get_state"),
+        learns_from_experience=overrides_hook(kind, "use_experience"),
+        hands_over_state=overrides_hook(kind, "get_state"),
         settings=(
             {}
             if settings is None
@@ -104,7 +104,7 @@ class LocalProxy:
         source: what the user names it by, and where its code lies.
         kind: its class.
         settings: values for its settings, if it has any.
-        terms: what it is made with.
+        context: what it is made with.
     """
 
     def __init__(
@@ -112,33 +112,37 @@ class LocalProxy:
         source: ControllerSource,
         kind: type[Any],
         settings: Mapping[str, Any],
-        terms: Terms,
+        context: ControllerContext,
     ) -> None:
         self.spec = source.spec
         self.identity = identify(kind, source, settings)
-        self._control = terms.control
+        self._control = context.control
         self._place = source.place
-        self._hooks_of_ours = keeps_our_contract(kind)
+        self._has_extended_api = uses_extended_api(kind)
         # Its own spaces: sampling from them is part of its randomness.
-        self._action_space = copy.deepcopy(terms.action_space)
-        self._official = None if self._hooks_of_ours else OfficialActions(self.spec, terms.control)
+        self._action_space = copy.deepcopy(context.action_space)
+        self._official = (
+            None if self._has_extended_api else OfficialActions(self.spec, context.control)
+        )
         space = (
-            official_space(terms.observation_space) if self._official else terms.observation_space
+            official_space(context.observation_space)
+            if self._official
+            else context.observation_space
         )
         checked = check_settings(kind, self.spec, merged(source.settings, settings))
         arguments = (self._action_space, space, *([checked] if checked else []))
         self._check_signature(kind, arguments)
-        self._controller = self._guarded(kind, *arguments)
+        self._controller = self._call_guarded(kind, *arguments)
         if _learns_across_trials(self._controller) != self.identity.learns_across_trials:
             raise fault(self, "learns_across_trials must be set on the class, not on the instance")
 
     def call(self, hook: str, *arguments: Any) -> Any:
         """Call a hook, if there is one; raises ControllerError."""
-        if not (self._hooks_of_ours or hook in OFFICIAL_HOOKS):
+        if not (self._has_extended_api or hook in OFFICIAL_HOOKS):
             return None
         bound = getattr(self._controller, hook, None)
-        shown = map(self._shown, arguments)
-        return self._guarded(bound, *shown) if callable(bound) else None
+        converted = map(self._convert_argument, arguments)
+        return self._call_guarded(bound, *converted) if callable(bound) else None
 
     def seed(self, seed: int) -> None:
         """Seed the controller and the global generators that it may draw from."""
@@ -152,7 +156,7 @@ class LocalProxy:
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """The next whole action; it can be executed."""
-        action = self._guarded(self._controller.next_action, observation)
+        action = self._call_guarded(self._controller.next_action, observation)
         try:
             return check_action(action, self._control)
         except ActionError as error:
@@ -160,10 +164,12 @@ class LocalProxy:
 
     def step(self, observation: Mapping[str, Any]) -> tuple[Command, bool]:
         """The next step's command, and whether images are wanted."""
-        action = self._guarded(self._controller.step, self._shown(observation), 0, False)
+        action = self._call_guarded(
+            self._controller.step, self._convert_argument(observation), 0, False
+        )
         try:
             if self._official:
-                action = self._official.known(action)
+                action = self._official.drop_unknown_keys(action)
             return self._control.command(action), wants_render(action)
         except ActionError as error:
             raise fault(self, f"step() returned a bad action: {error}") from error
@@ -173,7 +179,7 @@ class LocalProxy:
 
     def take_logged(self) -> list[Entry]:
         """The numbers that it logged since the last call."""
-        return take_entries(self._controller) if self._hooks_of_ours else []
+        return take_entries(self._controller) if self._has_extended_api else []
 
     def get_state(self) -> ControllerState:
         """What the controller hands over, its own copy."""
@@ -185,7 +191,7 @@ class LocalProxy:
                 f"controller {self.spec}: get_state() must return a dict, "
                 f"not {type(state).__name__}"
             )
-        return cast(ControllerState, self._guarded(copy.deepcopy, state))
+        return cast(ControllerState, self._call_guarded(copy.deepcopy, state))
 
     def set_state(self, state: ControllerState) -> None:
         """Go on from a state; an empty one is none."""
@@ -218,7 +224,7 @@ class LocalProxy:
                 f"cannot be copied for each goal: {name} holds the controller, so its copies "
                 "would share it. Keep it in an instance, or set learns_across_trials = True",
             )
-        twin = copy.copy(self)
+        clone = copy.copy(self)
         try:
             pair = copy.deepcopy((self._controller, self._action_space))
         except Exception as error:
@@ -227,25 +233,25 @@ class LocalProxy:
                 f"cannot be copied for each goal ({blame(error, self._place)}): define "
                 "__deepcopy__, or set learns_across_trials = True",
             ) from error
-        twin._controller, twin._action_space = pair
-        return twin
+        clone._controller, clone._action_space = pair
+        return clone
 
     def close(self) -> None:
         """Nothing to release."""
 
-    def _shown(self, argument: Any) -> Any:
+    def _convert_argument(self, argument: Any) -> Any:
         """What the controller is given for an argument: an observation as its kind knows it."""
         if type(argument) is not Observation:
             return argument
         return official_observation(argument) if self._official else argument.now()
 
-    def _guarded(self, function: Callable[..., Any], *arguments: Any) -> Any:
+    def _call_guarded(self, function: Callable[..., Any], *arguments: Any) -> Any:
         try:
             return function(*arguments)
         except PhysicsError:
             raise  # of the world that it looks at, not its own
         except (Exception, SystemExit) as error:
-            if says_enough(error, self._place):
+            if is_self_explanatory(error, self._place):
                 raise fault(self, str(error)) from error
             name = getattr(function, "__name__", "it")
             raise fault(self, f"{name}() failed at {blame(error, self._place)}") from error
@@ -256,7 +262,7 @@ class LocalProxy:
             signature = inspect.signature(kind)
         except (TypeError, ValueError):  # of a class that is not written in Python
             return
-        if not _binds(signature, arguments) and _binds(signature, arguments[:1]):
+        if not _accepts(signature, arguments) and _accepts(signature, arguments[:1]):
             raise fault(
                 self,
                 "its __init__ takes only the action space, as in the competition of 2019: since "
@@ -264,7 +270,7 @@ class LocalProxy:
             )
 
 
-def _binds(signature: inspect.Signature, arguments: tuple[Any, ...]) -> bool:
+def _accepts(signature: inspect.Signature, arguments: tuple[Any, ...]) -> bool:
     try:
         signature.bind(*arguments)
     except TypeError:
@@ -276,5 +282,5 @@ def _learns_across_trials(controller: object) -> bool:
     """What it says; official controllers met all goals in order, so that is their default."""
     default = not isinstance(controller, Controller)
     if isinstance(controller, type):
-        default = not keeps_our_contract(controller)
+        default = not uses_extended_api(controller)
     return bool(getattr(controller, "learns_across_trials", default))

@@ -61,7 +61,7 @@ def plan_play(
     backend = backend or LocalBackend()
     known = NEW_RUN
     if resume and out.exists():
-        known = _recorded(out, given.get("controller"), backend)
+        known = _recorded_options(out, given.get("controller"), backend)
     chosen = {**known, **{key: value for key, value in given.items() if value is not None}}
     if chosen["controller"] is None:
         raise RealBenchError("no controller given (try --controller real_r)")
@@ -110,7 +110,7 @@ def plan_test(
             exist.
     """
     backend = backend or LocalBackend()
-    path, header = _found(run, optional=controller is not None)
+    path, header = _find_run(run, optional=controller is not None)
     given = goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
     known = header.objects if header else given.n_objects if given else 1
     n_objects = known if objects is None else objects
@@ -121,10 +121,10 @@ def plan_test(
     loaded = load_scene(scene)
     loaded.object_names(n_objects)
     wanted = Condition.parse(condition)
-    if header and (misfits := header.misfits(wanted, n_objects, loaded.sha256)):
+    if header and (mismatches := header.mismatches(wanted, n_objects, loaded.sha256)):
         if run is not None:
-            raise RecordingError(f"{run} does not fit this test: {'; '.join(misfits)}")
-        log.info("%s is not used: %s", path, "; ".join(misfits))
+            raise RecordingError(f"{run} does not fit this test: {'; '.join(mismatches)}")
+        log.info("%s is not used: %s", path, "; ".join(mismatches))
         path = header = None
     if controller is None and header is None:
         raise RealBenchError(
@@ -183,11 +183,13 @@ def recorded_settings(
     if header is None or controller is None:
         return header.settings if header else {}
     one = backend.identity(controller, None)
-    same = header.is_of(resolved(controller), one.code_sha256, one.class_name)
+    same = header.was_made_by(resolved(controller), one.code_sha256, one.class_name)
     return header.settings if same else {}
 
 
-def _recorded(path: Path, controller: str | None, backend: ControllerBackend) -> dict[str, Any]:
+def _recorded_options(
+    path: Path, controller: str | None, backend: ControllerBackend
+) -> dict[str, Any]:
     """What a recording was made with; settings only for its own controller."""
     with Recording(path) as recording:
         header = recording.header
@@ -203,7 +205,7 @@ def _recorded(path: Path, controller: str | None, backend: ControllerBackend) ->
         }
 
 
-def _found(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
+def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
     """The given recording, or the default one if it exists."""
     path = run or defaults.RUN
     if run is None and not path.exists():

@@ -24,27 +24,31 @@ class Player(Protocol):
         """What is seen now; a controller called at every step gets images only if it asked."""
 
 
-Deciding = Callable[[], AbstractContextManager[object]]
+DecisionContext = Callable[[], AbstractContextManager[object]]
 """Gives a context that lasts while the controller decides."""
 
 
-def at_play(proxy: ControllerProxy, task: Task, deciding: Deciding = nullcontext) -> Player:
+def make_player(
+    proxy: ControllerProxy, task: Task, decision_context: DecisionContext = nullcontext
+) -> Player:
     """Begin to play in a task, which must have begun."""
     kind = ActionPlayer if proxy.identity.action_level else StepPlayer
-    return kind(proxy, task, deciding)
+    return kind(proxy, task, decision_context)
 
 
 class ActionPlayer:
     """Plays a controller that decides on whole actions."""
 
-    def __init__(self, proxy: ControllerProxy, task: Task, deciding: Deciding) -> None:
+    def __init__(
+        self, proxy: ControllerProxy, task: Task, decision_context: DecisionContext
+    ) -> None:
         self._proxy = proxy
         self._task = task
-        self._deciding = deciding
+        self._decision_context = decision_context
 
     def play(self, n_steps_left: int) -> Action:
         """Ask for the next action and execute it in the fast loop."""
-        with self._deciding():
+        with self._decision_context():
             action = self._proxy.next_action(self.look()).first(n_steps_left)
         self._task.execute(action)
         return action
@@ -57,10 +61,12 @@ class ActionPlayer:
 class StepPlayer:
     """Plays a controller that is called at every step, a stretch of 1000 steps at a time."""
 
-    def __init__(self, proxy: ControllerProxy, task: Task, deciding: Deciding) -> None:
+    def __init__(
+        self, proxy: ControllerProxy, task: Task, decision_context: DecisionContext
+    ) -> None:
         self._proxy = proxy
         self._task = task
-        self._deciding = deciding
+        self._decision_context = decision_context
         self._render = True  # the first observation has images
 
     def play(self, n_steps_left: int) -> Action:
@@ -81,7 +87,7 @@ class StepPlayer:
         return self._task.observe(render=self._render)
 
     def _step(self) -> Command:
-        with self._deciding():
+        with self._decision_context():
             command, self._render = self._proxy.step(self.look())
         self._task.step(command)
         return command

@@ -52,7 +52,7 @@ class Identity:
         return f"class {self.class_name} of {self.file or 'no file'}"
 
 
-class Terms(Protocol):
+class ControllerContext(Protocol):
     """What a controller is made with; a task has them."""
 
     @property
@@ -135,7 +135,7 @@ class ControllerBackend(Protocol):
 
 
 @contextmanager
-def closed_on_error(proxy: ControllerProxy) -> Iterator[ControllerProxy]:
+def close_on_error(proxy: ControllerProxy) -> Iterator[ControllerProxy]:
     """Close a proxy if something fails; otherwise it is still needed."""
     try:
         yield proxy

@@ -15,7 +15,7 @@ class StopRequest:
     """Whether the user has asked to stop."""
 
     def __init__(self) -> None:
-        self.made = False
+        self.requested = False
 
 
 @contextmanager
@@ -30,9 +30,9 @@ def stop_requests() -> Iterator[StopRequest]:
         return
 
     def on_signal(number: int, frame: FrameType | None) -> None:
-        if request.made:
+        if request.requested:
             raise KeyboardInterrupt
-        request.made = True
+        request.requested = True
 
     before = {number: signal.signal(number, on_signal) for number in STOP_SIGNALS}
     try:

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerFailedError, PhysicsError, RealBenchError
-from real_bench.files import check_folder, write_whole
+from real_bench.files import check_folder, write_atomically
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
-from real_bench.phases.activity import LEARNING, PLANNING, Activity, unwatched
+from real_bench.phases.activity import LEARNING, PLANNING, Activity, ignore_activity
 from real_bench.phases.explaining import Explainer
-from real_bench.phases.film import check_films, filmed
-from real_bench.phases.handover import NOTHING, Handover, Wanted, handed_over
+from real_bench.phases.film import check_films, film_trial
+from real_bench.phases.handover import NOTHING, Handover, Wanted, load_handover
 from real_bench.phases.local import LocalBackend
-from real_bench.phases.player import Player, at_play
-from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity, closed_on_error
+from real_bench.phases.player import Player, make_player
+from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity, close_on_error
 from real_bench.phases.seeds import derived_seed
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.commands import Commands
@@ -91,7 +91,7 @@ class TrialPlan:
         """
         if self.run is None or self.run_steps is not None:
             return NOTHING
-        return handed_over(self.run, self.controller, identity, self.condition, self.wanted)
+        return load_handover(self.run, self.controller, identity, self.condition, self.wanted)
 
     def check_outputs(self) -> None:
         """Find out before any work is done whether films, pictures and explanations can be kept.
@@ -123,12 +123,12 @@ class TrialMaker:
         proxy: ControllerProxy | None = None,
         given: Handover = NOTHING,
         task: Task | None = None,
-        activity: Activity = unwatched,
+        activity: Activity = ignore_activity,
     ) -> None:
         self._plan, self._activity = plan, activity
         self._task = task or Task(plan.scene, plan.condition, plan.goal_set.n_objects)
-        self._proxy = self._prepared(given) if proxy is None else proxy
-        with closed_on_error(self._proxy), activity(LEARNING):
+        self._proxy = self._prepare_proxy(given) if proxy is None else proxy
+        with close_on_error(self._proxy), activity(LEARNING):
             if plan.run is not None:
                 self._proxy.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
             self._proxy.call("start_extrinsic_phase")
@@ -153,10 +153,10 @@ class TrialMaker:
             self._proxy.close()
             self._task.close()
 
-    def _prepared(self, given: Handover) -> ControllerProxy:
+    def _prepare_proxy(self, given: Handover) -> ControllerProxy:
         plan = self._plan
         proxy = plan.backend.proxy(plan.controller, plan.settings, self._task, given.files)
-        with closed_on_error(proxy):
+        with close_on_error(proxy):
             proxy.seed(plan.seed)
             proxy.set_state(given.state)
         return proxy
@@ -168,10 +168,10 @@ class TrialMaker:
         start = task.simulation.image().retina if plan.pictures else None
         proxy.seed(derived_seed(plan.seed, number))
         film = plan.videos / f"trial-{number:02d}.mp4" if plan.videos else None
-        with filmed(task, goal, film, number):
+        with film_trial(task, goal, film, number):
             proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
-            player = at_play(proxy, task, partial(self._activity, PLANNING))
+            player = make_player(proxy, task, partial(self._activity, PLANNING))
             actions = self._play(player, proxy, explainer)
         proxy.call("end_extrinsic_trial", player.look(), 0, True)
         if not self.in_order:
@@ -200,7 +200,7 @@ class TrialMaker:
         title = f"goal {result.goal} ({goal.challenge}): score {result.score:.3f}"
         stream = io.BytesIO()
         trial_strip(start, goal.retina, end, title).save(stream, "png")
-        write_whole(folder / f"trial-{result.goal:02d}.png", stream.getvalue())
+        write_atomically(folder / f"trial-{result.goal:02d}.png", stream.getvalue())
 
 
 def trial_result(

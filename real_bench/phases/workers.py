@@ -18,17 +18,17 @@ from typing import Any, TypeVar
 from uuid import uuid4
 
 from real_bench.errors import RealBenchError
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.finding import controller_folders
-from real_bench.locks import own_folder
-from real_bench.parent import end_when
-from real_bench.phases.activity import LEARNING, Activity, unwatched
+from real_bench.locks import temporary_folder
+from real_bench.parent import exit_after
+from real_bench.phases.activity import LEARNING, Activity, ignore_activity
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest
 
 MAKE_WORKER = "make_worker"
-MAKING = "making-"
+STARTING = "making-"
 """Stem of the file that exists while a process makes its worker."""
-SECONDS_BETWEEN_LOOKS = 0.5
+POLL_INTERVAL_S = 0.5
 
 Item = TypeVar("Item")
 Done = TypeVar("Done")
@@ -40,7 +40,7 @@ def in_processes(
     jobs: int,
     stop: StopRequest,
     remedy: str,
-    activity: Activity = unwatched,
+    activity: Activity = ignore_activity,
 ) -> Iterator[Done]:
     """Do every task in one of several processes; yields each outcome as its task ends.
 
@@ -60,17 +60,19 @@ def in_processes(
         RealBenchError: a process died.
         Exception: whatever the first task that failed has raised.
     """
-    with own_folder("realbench-work-") as folder, _importing_nothing_from_here():
-        write_whole(folder / MAKE_WORKER, pickle.dumps(make_worker))
+    with temporary_folder("realbench-work-") as folder, _without_local_imports():
+        write_atomically(folder / MAKE_WORKER, pickle.dumps(make_worker))
         spawn = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(jobs, spawn, initializer=_start, initargs=(folder,))
-        for done in _done(pool, tasks, jobs, stop, remedy, _Making(folder, activity)):
+        pool = ProcessPoolExecutor(jobs, spawn, initializer=_init_worker, initargs=(folder,))
+        for done in _result_files(
+            pool, tasks, jobs, stop, remedy, _StartupMonitor(folder, activity)
+        ):
             yield pickle.loads(done.read_bytes())
             done.unlink()
 
 
 @contextmanager
-def _importing_nothing_from_here() -> Iterator[None]:
+def _without_local_imports() -> Iterator[None]:
     """Keep new processes from importing from the current folder or a controller's folder.
 
     Modules there may have the names of ours; a process finds its controller anyway.
@@ -78,8 +80,8 @@ def _importing_nothing_from_here() -> Iterator[None]:
     name = "PYTHONSAFEPATH"  # Python 3.11 or newer
     before = os.environ.get(name)
     os.environ[name] = "1"
-    path, strange = list(sys.path), controller_folders()
-    sys.path[:] = [folder for folder in path if folder not in strange]
+    path, controller_paths = list(sys.path), controller_folders()
+    sys.path[:] = [folder for folder in path if folder not in controller_paths]
     try:
         yield
     finally:
@@ -90,7 +92,7 @@ def _importing_nothing_from_here() -> Iterator[None]:
             os.environ[name] = before
 
 
-class _Making:
+class _StartupMonitor:
     """Reports whether a process is still making its worker."""
 
     def __init__(self, folder: Path, activity: Activity) -> None:
@@ -100,24 +102,24 @@ class _Making:
         """The tasks that have ended, once one has, and those under way."""
         done: set[Future[Any]] = set()
         while not done:
-            making = self._being_made
-            with self._activity(LEARNING) if making else nullcontext():
-                while not done and self._being_made == making:
-                    done, running = wait(running, SECONDS_BETWEEN_LOOKS, FIRST_COMPLETED)
+            starting = self._is_starting
+            with self._activity(LEARNING) if starting else nullcontext():
+                while not done and self._is_starting == starting:
+                    done, running = wait(running, POLL_INTERVAL_S, FIRST_COMPLETED)
         return done, running
 
     @property
-    def _being_made(self) -> bool:
-        return any(self._folder.glob(f"{MAKING}*"))
+    def _is_starting(self) -> bool:
+        return any(self._folder.glob(f"{STARTING}*"))
 
 
-def _done(
+def _result_files(
     pool: ProcessPoolExecutor,
     tasks: Iterable[Any],
     jobs: int,
     stop: StopRequest,
     remedy: str,
-    making: _Making,
+    monitor: _StartupMonitor,
 ) -> Iterator[Path]:
     """The file of each result."""
     waiting = iter(tasks)
@@ -125,13 +127,13 @@ def _done(
     try:
         running = _submit(pool, islice(waiting, jobs))
         while running:
-            done, running = making.wait(running)
+            done, running = monitor.wait(running)
             for future in done:
                 if future.exception() is None:
                     yield future.result()
                 else:
                     failed = future  # let other running tasks finish
-            if failed is None and not stop.made:
+            if failed is None and not stop.requested:
                 running |= _submit(pool, islice(waiting, len(done)))
         if failed is not None:
             failed.result()
@@ -148,21 +150,21 @@ def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]
     """
     signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     try:
-        return {pool.submit(_do, task) for task in tasks}
+        return {pool.submit(_run_task, task) for task in tasks}
     except OSError as error:  # it died while it was being started
         raise BrokenProcessPool from error
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
 
 
-class _Here:
+class _WorkerState:
     """What a worker process keeps between tasks; a process has no other place for it."""
 
     folder: Path
     worker: Callable[[Any], Any] | None = None
 
 
-def _start(folder: Path) -> None:
+def _init_worker(folder: Path) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides when to stop
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
@@ -170,18 +172,18 @@ def _start(folder: Path) -> None:
     logging.basicConfig(format="%(message)s")
     logging.getLogger("real_bench").setLevel(logging.INFO)
     if (parent := multiprocessing.parent_process()) is not None:
-        end_when(parent.join)
-    _Here.folder = folder
+        exit_after(parent.join)
+    _WorkerState.folder = folder
 
 
-def _do(task: Any) -> Path:
-    if _Here.worker is None:  # made here, not at the start, so that its errors are reported
-        making = _Here.folder / f"{MAKING}{os.getpid()}"
-        making.touch()
+def _run_task(task: Any) -> Path:
+    if _WorkerState.worker is None:  # made here, not at the start, so that its errors are reported
+        starting = _WorkerState.folder / f"{STARTING}{os.getpid()}"
+        starting.touch()
         try:
-            _Here.worker = pickle.loads((_Here.folder / MAKE_WORKER).read_bytes())()
+            _WorkerState.worker = pickle.loads((_WorkerState.folder / MAKE_WORKER).read_bytes())()
         finally:
-            making.unlink()
-    done = _Here.folder / uuid4().hex
-    write_whole(done, pickle.dumps(_Here.worker(task)))
+            starting.unlink()
+    done = _WorkerState.folder / uuid4().hex
+    write_atomically(done, pickle.dumps(_WorkerState.worker(task)))
     return done

@@ -4,20 +4,20 @@ All but perception and architecture work on plain arrays.
 """
 
 from real_bench.real_g.architecture import PlannerSettings, RealG
-from real_bench.real_g.hand import Deed, Hand, Push, deed_of
-from real_bench.real_g.perception import Perception, SeenPoses
+from real_bench.real_g.hand import Hand, Primitive, Push, primitive_of
+from real_bench.real_g.perception import Perception, PosePerception
 from real_bench.real_g.play import PlaySettings
-from real_bench.real_g.seen_images import SeenImages
+from real_bench.real_g.seen_images import ImagePerception
 
 __all__ = [
-    "Deed",
     "Hand",
+    "ImagePerception",
     "Perception",
     "PlannerSettings",
     "PlaySettings",
+    "PosePerception",
+    "Primitive",
     "Push",
     "RealG",
-    "SeenImages",
-    "SeenPoses",
-    "deed_of",
+    "primitive_of",
 ]

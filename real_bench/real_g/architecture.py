@@ -14,8 +14,8 @@ from real_bench.controller import Controller, ControllerState
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.real_g.babble import Babble
-from real_bench.real_g.hand import deed_of
+from real_bench.real_g.babble import MotorBabbling
+from real_bench.real_g.hand import primitive_of
 from real_bench.real_g.perception import Perception
 from real_bench.real_g.planner import Choice, Planner
 from real_bench.real_g.play import Play, PlaySettings
@@ -57,17 +57,17 @@ class RealG(Controller):
         planner: PlannerSettings,
     ) -> None:
         super().__init__(action_space, observation_space)
-        self._deed = deed_of(action_space)
+        self._primitive = primitive_of(action_space)
         self._perception, self._play_settings, self._planner = perception, play, planner
-        self._left: int | None = None  # actions that a trial has left; None: at play
+        self._n_left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None
-        self._over = False  # play is over, and everything was learned
+        self._has_learned = False  # play is over, and everything was learned
         self.seed(0)
 
     def seed(self, seed: int) -> None:
         """Begin the random sequence of this seed; what was learned stays."""
         self._random = np.random.default_rng(seed)
-        if not self._over:
+        if not self._has_learned:
             self._perception.seed(seed)
             self._begin(seed)
 
@@ -77,8 +77,10 @@ class RealG(Controller):
             "random": self._random.bit_generator.state,
             "seed": self._seed,
             "perception": self._perception.get_state(),
-            "lesson": self._play.lesson if self._over else None,
-            "skills": [skill.get_state() for skill in self._play.skills] if self._over else [],
+            "lesson": self._play.n_learned if self._has_learned else None,
+            "skills": [skill.get_state() for skill in self._play.skills]
+            if self._has_learned
+            else [],
         }
 
     def set_state(self, state: ControllerState) -> None:
@@ -87,43 +89,43 @@ class RealG(Controller):
         self._random.bit_generator.state = state["random"]
         self._perception.set_state(state["perception"])
         if state["lesson"] is not None:
-            self._play.recover(state["skills"], state["lesson"])
-            self._over = True
+            self._play.restore(state["skills"], state["lesson"])
+            self._has_learned = True
 
     def resume_intrinsic_phase(self, experience: Experience) -> None:
         """Remember what was done before the interruption, and learn it again."""
         self._recall(experience)
-        if due := self._play.due(len(self._outcomes)):
-            self._learn(due)
+        if lesson_due := self._play.lesson_due(len(self._outcomes)):
+            self._learn(lesson_due)
 
     def use_experience(self, experience: Experience) -> None:
         """Learn from all of it, if not done yet."""
-        if self._over and self._play.lesson == len(experience):
+        if self._has_learned and self._play.n_learned == len(experience):
             return
         self._recall(experience)
         self._learn(len(self._outcomes), last=True)
-        self._over = True
+        self._has_learned = True
 
     def start_extrinsic_phase(self) -> None:
         """The tests begin; raises ControllerError where it has learned nothing."""
-        if not self._over:
+        if not self._has_learned:
             raise ControllerError(
                 "it plans with what it learned at play: give its recording with --run"
             )
 
     def start_extrinsic_trial(self) -> None:
         """All of a trial's actions are left."""
-        self._left = TRIAL_STEPS // self._deed.steps
+        self._n_left = TRIAL_STEPS // self._primitive.steps
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """At play: an action that an object may follow. In a trial: the one that helps most."""
-        if self._left is None:
+        if self._n_left is None:
             return self._explore(observation)
-        self._left = max(0, self._left - 1)
-        self._decision = self._best(observation, self._left)
+        self._n_left = max(0, self._n_left - 1)
+        self._decision = self._best(observation, self._n_left)
         if self._decision is None or self._decision[1].gain <= 0:
-            return self._deed.rest()
-        return self._deed.action(self._decision[1].numbers)
+            return self._primitive.rest()
+        return self._primitive.action(self._decision[1].parameters)
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action."""
@@ -132,61 +134,64 @@ class RealG(Controller):
         number, choice = self._decision
         facts = {
             "object": number,
-            "distance": choice.now,
-            "expected_at_last": choice.expected,
-            "expected_end": choice.end.tolist(),
-            "numbers": choice.numbers.tolist(),
+            "distance": choice.distance_now,
+            "expected_at_last": choice.expected_distance,
+            "expected_end": choice.expected_end.tolist(),
+            "numbers": choice.parameters.tolist(),
         }
-        sentence = f"{choice.now:.3f} m from its goal, {choice.expected:.3f} m expected in the end"
+        sentence = (
+            f"{choice.distance_now:.3f} m from its goal, "
+            f"{choice.expected_distance:.3f} m expected in the end"
+        )
         if choice.gain <= 0:
             return Explanation(f"nothing improves: rests; object {number} is {sentence}", facts)
         return Explanation(
-            f"object {number}: {sentence}", facts, (self._deed.action(choice.numbers),)
+            f"object {number}: {sentence}", facts, (self._primitive.action(choice.parameters),)
         )
 
-    def _best(self, observation: Mapping[str, Any], left: int) -> tuple[int, Choice] | None:
+    def _best(self, observation: Mapping[str, Any], n_left: int) -> tuple[int, Choice] | None:
         """The object and the action with the largest gain."""
-        rows, goals = self._perception.now(observation), self._perception.goal(observation)
+        rows, goals = self._perception.state(observation), self._perception.goal(observation)
         choices = [
-            (number, self._choose(skill, row, goal, left))
+            (number, self._choose(skill, row, goal, n_left))
             for number, (skill, row, goal) in enumerate(
                 zip(self._play.skills, rows, goals, strict=False)
             )
-            if skill.learned and np.isfinite(row).all() and np.isfinite(goal).all()
+            if skill.has_learned and np.isfinite(row).all() and np.isfinite(goal).all()
         ]
         return max(choices, key=lambda choice: choice[1].gain, default=None)
 
-    def _choose(self, skill: Skill, row: Array, goal: Array, left: int) -> Choice:
+    def _choose(self, skill: Skill, row: Array, goal: Array, n_left: int) -> Choice:
         planner = Planner(skill.relation, skill.model, self._planner.samples, self._planner.rounds)
         return planner.choose(
-            row, goal, left, lambda ends: skill.think(row, ends, self._random), self._random
+            row, goal, n_left, lambda ends: skill.propose(row, ends, self._random), self._random
         )
 
     def _explore(self, observation: Mapping[str, Any]) -> Action:
         self._see(observation)
         n = len(self._outcomes)
-        if self._play.due(n) > self._play.lesson:
-            self._learn(self._play.due(n))
+        if self._play.lesson_due(n) > self._play.n_learned:
+            self._learn(self._play.lesson_due(n))
         rows = self._perception.rows(self._n_seen - 1)
         if np.isnan(rows[0]).all():  # nothing is seen, or nothing known to look for
-            numbers = self._babble.next_numbers(self._random)
+            parameters = self._babbling.next_parameters(self._random)
         else:
-            numbers = self._play.next_numbers(rows[0], self._random)
-        self._numbers.append(numbers)
+            parameters = self._play.next_parameters(rows[0], self._random)
+        self._parameters.append(parameters)
         self._preconditions.append(self._n_seen - 1)
-        self._perception.act(self._deed.path(numbers))
-        return self._deed.action(numbers)
+        self._perception.act(self._primitive.path(parameters))
+        return self._primitive.action(parameters)
 
     def _begin(self, seed: int) -> None:
         """Begin with an empty memory; the seed is of all that is learned."""
         self._seed = seed
-        self._play = Play(self._deed, self._play_settings, seed)
-        self._babble = Babble(self._deed)
-        self._numbers: list[Array] = []
+        self._play = Play(self._primitive, self._play_settings, seed)
+        self._babbling = MotorBabbling(self._primitive)
+        self._parameters: list[Array] = []
         self._preconditions: list[int] = []
         self._outcomes: list[int] = []
         self._n_seen = 0  # moments of the play
-        self._over = False
+        self._has_learned = False
 
     def _see(self, observation: Mapping[str, Any]) -> None:
         self._perception.see(observation)
@@ -194,35 +199,35 @@ class RealG(Controller):
         if len(self._preconditions) > len(self._outcomes):  # it acted: this is the outcome
             self._outcomes.append(self._n_seen - 1)
             if self._perception.changed():
-                self._babble.did(self._numbers[-1])
-            self._watch(self._perception.rows(self._n_seen - 2), -1)
+                self._babbling.record_effective(self._parameters[-1])
+            self._observe_outcome(self._perception.rows(self._n_seen - 2), -1)
 
-    def _watch(self, rows: Array, action: int) -> None:
+    def _observe_outcome(self, rows: Array, action: int) -> None:
         """Learn for its goals from an action; the rows are those of its two moments."""
-        self._play.watch(rows[0], rows[1], self._numbers[action])
+        self._play.observe(rows[0], rows[1], self._parameters[action])
 
     def _learn(self, n: int, *, last: bool = False) -> None:
         """Learn again from the first n actions."""
         rows = self._perception.rows()
         before, after = self._preconditions[:n], self._outcomes[:n]
-        self._play.learn(rows[before], rows[after], np.array(self._numbers[:n]), last=last)
+        self._play.learn(rows[before], rows[after], np.array(self._parameters[:n]), last=last)
 
     def _recall(self, experience: Experience) -> None:
         """Remember a whole play, and the goals that follow from it."""
         self._begin(self._seed)
-        deed = self._deed
-        unknown = np.full(len(deed.low), np.nan)
+        primitive = self._primitive
+        unknown = np.full(len(primitive.low), np.nan)
         for number in range(len(experience)):
-            numbers = deed.numbers(experience.action(number))
-            self._numbers.append(unknown if numbers is None else numbers)
+            parameters = primitive.parameters(experience.action(number))
+            self._parameters.append(unknown if parameters is None else parameters)
         self._preconditions = experience.preconditions.tolist()
         self._outcomes = experience.outcomes.tolist()
         self._n_seen = experience.n_states
         self._perception.recall(experience, self._path_of)
         rows = self._perception.rows()
         for action, moments in enumerate(zip(self._preconditions, self._outcomes, strict=True)):
-            self._watch(rows[list(moments)], action)
+            self._observe_outcome(rows[list(moments)], action)
 
     def _path_of(self, action: Action) -> Array | None:
-        numbers = self._deed.numbers(action)
-        return None if numbers is None else self._deed.path(numbers)
+        parameters = self._primitive.parameters(action)
+        return None if parameters is None else self._primitive.path(parameters)

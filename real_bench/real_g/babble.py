@@ -5,37 +5,37 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.real_g.hand import Deed
-from real_bench.real_g.memory import scale
+from real_bench.real_g.hand import Primitive
+from real_bench.real_g.memory import sample_scales
 
 Array = NDArray[np.float64]
 
-AGAIN = 0.5
+REPEAT_SHARE = 0.5
 """The share of actions that vary the last one that moved something."""
 
 
-class Babble:
+class MotorBabbling:
     """Random actions, and variations of the last one that visibly moved something.
 
     The moved thing is not far from where it was, even if that place is still unknown.
 
     Args:
-        deed: the form of the actions.
+        primitive: the form of the actions.
     """
 
-    def __init__(self, deed: Deed) -> None:
-        self._deed = deed
+    def __init__(self, primitive: Primitive) -> None:
+        self._primitive = primitive
         self._effective: Array | None = None
 
-    def did(self, numbers: Array) -> None:
-        """An action with these numbers, (P,), moved something."""
-        if not np.isnan(numbers).any():
-            self._effective = numbers
+    def record_effective(self, parameters: Array) -> None:
+        """An action with these parameters, (P,), moved something."""
+        if not np.isnan(parameters).any():
+            self._effective = parameters
 
-    def next_numbers(self, random: np.random.Generator) -> Array:
+    def next_parameters(self, random: np.random.Generator) -> Array:
         """Of the next action, (P,)."""
-        low, high = self._deed.low, self._deed.high
-        if self._effective is None or random.random() >= AGAIN:
+        low, high = self._primitive.low, self._primitive.high
+        if self._effective is None or random.random() >= REPEAT_SHARE:
             return random.uniform(low, high)
-        away = random.normal(size=len(low)) * (high - low) * scale(1, random)
-        return np.asarray(np.clip(self._effective + away, low, high))
+        noise = random.normal(size=len(low)) * (high - low) * sample_scales(1, random)
+        return np.asarray(np.clip(self._effective + noise, low, high))

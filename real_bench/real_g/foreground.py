@@ -19,13 +19,13 @@ from real_bench.errors import RealBenchError
 
 Image = NDArray[np.uint8]
 
-MOST_KEPT = 64
+MAX_KEPT = 64
 """Number of images whose median is the background."""
 
-SMALL = (80, 60)
+COMPARISON_SIZE = (80, 60)
 """Width and height at which images are compared to decide which are kept."""
 
-FAINT = 12
+NOISE_LEVEL = 12
 """A smaller difference in each colour, in grey levels, is ignored as camera noise."""
 
 
@@ -49,8 +49,8 @@ class Foreground:
         self._kept: list[Image] = []
         self._small: list[NDArray[np.int16]] = []
         self._last: NDArray[np.int16] | None = None
-        self._n_worth = 0
-        self._usual = 0.0
+        self._n_candidates = 0
+        self._typical_change = 0.0
         self.change = 0.0
         self._background: NDArray[np.int16] | None = None
         self._flicker: NDArray[np.int16] | None = None
@@ -68,16 +68,18 @@ class Foreground:
 
     def add(self, image: Image) -> bool:
         """Look at the next image, (height, width, 3); returns whether anything has changed."""
-        small = cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA).astype(np.int16)
-        n_changed = 0 if self._last is None else _changed(small, self._last)
-        self.change = n_changed / max(self._usual, 1.0)
+        small = cv2.resize(image, COMPARISON_SIZE, interpolation=cv2.INTER_AREA).astype(np.int16)
+        n_changed = 0 if self._last is None else _n_changed(small, self._last)
+        self.change = n_changed / max(self._typical_change, 1.0)
         if self._last is not None and n_changed == 0:
             return False
         self._last = small
-        distances = [_changed(small, other) for other in self._small]
-        if not distances or min(distances) > self._usual / 2:
+        distances = [_n_changed(small, other) for other in self._small]
+        if not distances or min(distances) > self._typical_change / 2:
             nth = len(distances) + 1
-            self._usual += (float(np.median(distances or [0])) - self._usual) / nth
+            self._typical_change += (
+                float(np.median(distances or [0])) - self._typical_change
+            ) / nth
             self._keep(image, small)
         return True
 
@@ -86,27 +88,27 @@ class Foreground:
         kept = np.array(self._kept)
         middle = len(kept) // 2
         background = np.partition(kept, middle, axis=0)[middle].astype(np.int16)
-        differences = np.array([_strongest(image - background) for image in self._kept])
-        usual = np.partition(differences, middle, axis=0)[middle]
+        differences = np.array([_max_difference(image - background) for image in self._kept])
+        typical = np.partition(differences, middle, axis=0)[middle]
         before, self._background = self._background, background
-        self._flicker = np.maximum(2 * usual, FAINT).astype(np.int16)
-        return before is None or _changed(before, background) > 0
+        self._flicker = np.maximum(2 * typical, NOISE_LEVEL).astype(np.int16)
+        return before is None or _n_changed(before, background) > 0
 
-    def marked(self, image: Image) -> NDArray[np.bool_]:
+    def mask(self, image: Image) -> NDArray[np.bool_]:
         """Which pixels show what can be moved, (height, width); raises RealBenchError."""
         if self._background is None or self._flicker is None:
             raise RealBenchError("no background has been learned yet")
-        return np.asarray(_strongest(image - self._background) > self._flicker)
+        return np.asarray(_max_difference(image - self._background) > self._flicker)
 
     def _keep(self, image: Image, small: NDArray[np.int16]) -> None:
-        self._n_worth += 1
-        if len(self._kept) < MOST_KEPT:
+        self._n_candidates += 1
+        if len(self._kept) < MAX_KEPT:
             self._kept.append(image.copy())
             self._small.append(small)
             return
-        place = int(self._random.integers(self._n_worth))
-        if place < MOST_KEPT:
-            self._kept[place], self._small[place] = image.copy(), small
+        slot = int(self._random.integers(self._n_candidates))
+        if slot < MAX_KEPT:
+            self._kept[slot], self._small[slot] = image.copy(), small
 
     def get_state(self) -> dict[str, Any]:
         """The background and how much it flickers, as arrays."""
@@ -121,10 +123,10 @@ class Foreground:
             self._flicker = np.asarray(state["flicker"], np.int16)
 
 
-def _changed(one: NDArray[np.int16], other: NDArray[np.int16]) -> int:
-    return int(np.count_nonzero(_strongest(one - other) > FAINT))
+def _n_changed(one: NDArray[np.int16], other: NDArray[np.int16]) -> int:
+    return int(np.count_nonzero(_max_difference(one - other) > NOISE_LEVEL))
 
 
-def _strongest(difference: NDArray[np.int16]) -> NDArray[np.int16]:
+def _max_difference(difference: NDArray[np.int16]) -> NDArray[np.int16]:
     """The largest difference of the three colours, (height, width)."""
     return np.asarray(np.abs(difference).max(axis=2))

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 CELL = 4
 """Side of a cell of the ground, in pixels."""
 
-FARTHEST = 0.99
+MAX_DEPTH = 0.99
 """Depth beyond which there is no ground: nearly the far plane."""
 
 
@@ -35,31 +35,31 @@ class Ground:
         self._depth = np.maximum(self._depth, cells) if same else cells
         self._filled = None
 
-    def distance(self, places: Array) -> Array:
+    def distance(self, positions: Array) -> Array:
         """How far the ground is at columns and rows, (..., 2) to (...).
 
         A cell without ground takes the nearest cell's: things on an edge are seen beyond it. The
         unit is where the depth buffer begins; 1 while no depth has been seen.
         """
         if not self._depth.size:
-            return np.ones(np.shape(places)[:-1])
-        depth = self._solid()
+            return np.ones(np.shape(positions)[:-1])
+        depth = self._fill()
         height, width = depth.shape
-        cell = np.nan_to_num(np.asarray(places)).astype(np.intp) // CELL
+        cell = np.nan_to_num(np.asarray(positions)).astype(np.intp) // CELL
         rows = np.clip(cell[..., 1], 0, height - 1)
         columns = np.clip(cell[..., 0], 0, width - 1)
         return 1 / (1 - depth[rows, columns].astype(np.float64))
 
-    def _solid(self) -> NDArray[np.float32]:
+    def _fill(self) -> NDArray[np.float32]:
         """The depth of the cells, filled in where there is nothing."""
         if self._filled is None:
-            nothing = self._depth > FARTHEST
-            if nothing.all():
-                nothing[:] = False
+            empty = self._depth > MAX_DEPTH
+            if empty.all():
+                empty[:] = False
             rows, columns = scipy.ndimage.distance_transform_edt(
-                nothing, return_distances=False, return_indices=True
+                empty, return_distances=False, return_indices=True
             )
-            self._filled = np.minimum(self._depth, FARTHEST)[rows, columns]
+            self._filled = np.minimum(self._depth, MAX_DEPTH)[rows, columns]
         return self._filled
 
     def get_state(self) -> dict[str, Any]:

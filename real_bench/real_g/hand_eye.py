@@ -1,4 +1,4 @@
-"""The map from places in the image to places in the hand's reach.
+"""The map from positions in the image to positions in the hand's reach.
 
 It is learned from contingencies between what the robot did and saw: things move where its hand has
 passed, and what it took along lies where the hand ended. Nothing is known about the camera. The map
@@ -22,27 +22,27 @@ from real_bench.errors import RealBenchError
 
 Array = NDArray[np.float64]
 
-TURNS = 8
+N_ROTATIONS = 8
 """How many rotations of the image, each also mirrored, a search begins with."""
 
-GUESSES = 300
+N_GUESSES = 300
 """How many maps from three things that moved a search begins with."""
 
-MOST_SAMPLES = 3000
+MAX_SAMPLES = 3000
 """The most samples in a fit, drawn evenly."""
 
-FEWEST_MOVED = 13
+MIN_MOVED = 13
 """As many as the fit has parameters."""
 
-SEARCH_SAMPLES = 400
+MAX_SEARCH_SAMPLES = 400
 """The most samples for choosing where to begin, half of them of things that moved."""
 
-PRICE = 1.5
+PENALTY = 1.5
 """How much better than chance a map must explain what was seen, in units of the cost of its
 parameters by the Bayesian information criterion. That assumes independent samples, which they are
 not."""
 
-POINTS = 24
+N_POINTS = 24
 """Number of points along a path."""
 
 IN_REACH = (-3.0, 3.0)
@@ -51,7 +51,7 @@ IN_REACH = (-3.0, 3.0)
 BOUNDS = [IN_REACH] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, -1), (-0.5, 0.5)]
 """Of the parameters of a fit, in the order that :class:`_Problem` tells."""
 
-TINY = 1e-9
+EPSILON = 1e-9
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Contingencies:
     def __len__(self) -> int:
         return len(self.moved)
 
-    def part(self, rows: NDArray[Any]) -> Contingencies:
+    def subset(self, rows: NDArray[Any]) -> Contingencies:
         """Some of them."""
         return Contingencies(
             self.before[rows], self.after[rows], self.paths[rows], self.moved[rows]
@@ -96,7 +96,7 @@ class Contingencies:
 
 
 class HandEye:
-    """An affine map from places in the image to x, y in the hand's coordinates.
+    """An affine map from positions in the image to x, y in the hand's coordinates.
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
@@ -123,11 +123,11 @@ class HandEye:
         """Metres per unit of the image; NaN while no map is known."""
         return np.nan if self._map is None else float(abs(np.linalg.det(self._map[1:])) ** 0.5)
 
-    def xy(self, places: Array) -> Array:
-        """Metres, (..., 2), of places in the image, (..., 2); NaN while no map is known."""
+    def xy(self, positions: Array) -> Array:
+        """Metres, (..., 2), of positions in the image, (..., 2); NaN while no map is known."""
         if self._map is None:
-            return np.full(np.shape(places), np.nan)
-        return np.asarray(places @ self._map[1:] + self._map[0])
+            return np.full(np.shape(positions), np.nan)
+        return np.asarray(positions @ self._map[1:] + self._map[0])
 
     def fit(self, contingencies: Contingencies, random: np.random.Generator) -> bool:
         """Learn again from everything seen; returns whether a map is known now.
@@ -137,9 +137,9 @@ class HandEye:
             random: for choosing among them if there are too many.
         """
         n = len(contingencies)
-        if n > MOST_SAMPLES:
-            contingencies = contingencies.part(random.choice(n, MOST_SAMPLES, replace=False))
-        if contingencies.moved.all() or contingencies.moved.sum() < FEWEST_MOVED:
+        if n > MAX_SAMPLES:
+            contingencies = contingencies.subset(random.choice(n, MAX_SAMPLES, replace=False))
+        if contingencies.moved.all() or contingencies.moved.sum() < MIN_MOVED:
             return self.is_known
         problem = _Problem(contingencies, self._centre, self._half)
         starts = []
@@ -147,21 +147,21 @@ class HandEye:
             self._n_searched = n
             starts = problem.search(random)
         if self._map is not None:
-            starts.append(problem.start_at(self._map))
-        cost, best = min((problem.solved(start, 300) for start in starts), key=lambda s: s[0])
-        self._evidence = problem.chance - cost
-        self._map = problem.metres(best) if self._evidence > problem.price else None
+            starts.append(problem.start_from(self._map))
+        cost, best = min((problem.optimise(start, 300) for start in starts), key=lambda s: s[0])
+        self._evidence = problem.chance_cost - cost
+        self._map = problem.to_metres(best) if self._evidence > problem.penalty else None
         return self.is_known
 
     def get_state(self) -> dict[str, Any]:
         """The map, as plain values."""
-        known = np.zeros((0, 2)) if self._map is None else self._map
-        return {"map": known, "evidence": self._evidence}
+        affine = np.zeros((0, 2)) if self._map is None else self._map
+        return {"map": affine, "evidence": self._evidence}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on with a map."""
-        known = np.asarray(state["map"], np.float64)
-        self._map = known if len(known) else None
+        affine = np.asarray(state["map"], np.float64)
+        self._map = affine if len(affine) else None
         self._evidence = float(state["evidence"])
 
 
@@ -174,26 +174,32 @@ class _Problem:
 
     def __init__(self, contingencies: Contingencies, centre: Array, half: float) -> None:
         self._mean = contingencies.before.mean(axis=0)
-        self._spread = max(float(contingencies.before.std(axis=0).max()), TINY)
+        self._spread = max(float(contingencies.before.std(axis=0).max()), EPSILON)
         self._centre, self._half = centre, half
-        places = (contingencies.before - self._mean) / self._spread
+        positions = (contingencies.before - self._mean) / self._spread
         self._moved = contingencies.moved
-        self._before = np.column_stack([np.ones(len(places)), places])
+        self._before = np.column_stack([np.ones(len(positions)), positions])
         points = (contingencies.paths[:, :, :2] - centre) / half
         self._x, self._y = points[:, :, 0].copy(), points[:, :, 1].copy()
         self._height = np.zeros(points.shape[:2])
         if contingencies.paths.shape[2] == 3:
             heights = contingencies.paths[:, :, 2]
-            self._height = (heights - heights.min()) / max(float(np.ptp(heights)), TINY)
+            self._height = (heights - heights.min()) / max(float(np.ptp(heights)), EPSILON)
         after = (contingencies.after[contingencies.moved] - self._mean) / self._spread
         self._after = np.column_stack([np.ones(len(after)), after])
-        self._elsewhere = (_cauchy(after - places[contingencies.moved]) + _normal(after)) / 2
+        self._background_density = (
+            _cauchy(after - positions[contingencies.moved]) + _normal(after)
+        ) / 2
         self._end = points[contingencies.moved, -1]
-        way = self._end - points[contingencies.moved, 0]
-        self._ahead = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), TINY)
+        displacement = self._end - points[contingencies.moved, 0]
+        self._direction = displacement / np.maximum(
+            np.linalg.norm(displacement, axis=1, keepdims=True), EPSILON
+        )
         n, k = len(contingencies), int(contingencies.moved.sum())
-        self.chance = -_xlogx(k, n) - _xlogx(n - k, n) - float(np.log(self._elsewhere).sum())
-        self.price = PRICE * 13 / 2 * np.log(max(n, 2))
+        self.chance_cost = (
+            -_xlogx(k, n) - _xlogx(n - k, n) - float(np.log(self._background_density).sum())
+        )
+        self.penalty = PENALTY * 13 / 2 * np.log(max(n, 2))
 
     def search(self, random: np.random.Generator) -> list[Array]:
         """Where to begin: the best candidate maps, judged by few samples.
@@ -201,37 +207,39 @@ class _Problem:
         Candidates are rotations of the image, also mirrored, and maps that put three things that
         moved on the hand's paths, or where it ended.
         """
-        few = self._thinned(random)
-        maps = [*_turns(), *(few.guess(random) for _ in range(GUESSES))]
-        likely = [known for known in maps if np.abs(known).max() < IN_REACH[1]]
-        starts = sorted((self._start(known) for known in likely), key=lambda x: few.cost(x)[0])
-        rough = [few.solved(start, 40) for start in starts[:8]]
+        subset = self._subsample(random)
+        maps = [*_rotations(), *(subset.guess_map(random) for _ in range(N_GUESSES))]
+        plausible = [affine for affine in maps if np.abs(affine).max() < IN_REACH[1]]
+        starts = sorted(
+            (self._start(affine) for affine in plausible), key=lambda x: subset.cost(x)[0]
+        )
+        rough = [subset.optimise(start, 40) for start in starts[:8]]
         return [x for _, x in sorted(rough, key=lambda found: found[0])[:3]]
 
-    def guess(self, random: np.random.Generator) -> Array:
+    def guess_map(self, random: np.random.Generator) -> Array:
         """The map that puts three things that moved where the hand was, (3, 2)."""
         moved = np.flatnonzero(self._moved)
         three = random.choice(len(moved), 3, replace=False)
         if random.random() < 0.5:
-            places, points = self._after[three], self._end[three]
+            positions, points = self._after[three], self._end[three]
         else:
-            places, rows = self._before[moved[three]], moved[three]
+            positions, rows = self._before[moved[three]], moved[three]
             at = random.integers(self._x.shape[1], size=3)
             points = np.column_stack([self._x[rows, at], self._y[rows, at]])
-        return np.asarray(np.linalg.pinv(places) @ points)
+        return np.asarray(np.linalg.pinv(positions) @ points)
 
-    def start_at(self, known: Array) -> Array:
+    def start_from(self, affine: Array) -> Array:
         """From a map in metres."""
-        offset = (known[0] + self._mean @ known[1:] - self._centre) / self._half
-        return self._start(np.vstack([offset, known[1:] * self._spread / self._half]))
+        offset = (affine[0] + self._mean @ affine[1:] - self._centre) / self._half
+        return self._start(np.vstack([offset, affine[1:] * self._spread / self._half]))
 
-    def metres(self, parameters: Array) -> Array:
+    def to_metres(self, parameters: Array) -> Array:
         """The map of parameters, from the image's units to metres, (3, 2)."""
         scaled = parameters[:6].reshape(3, 2)
         linear = scaled[1:] * self._half / self._spread
         return np.vstack([scaled[0] * self._half + self._centre - self._mean @ linear, linear])
 
-    def solved(self, start: Array, iterations: int) -> tuple[float, Array]:
+    def optimise(self, start: Array, iterations: int) -> tuple[float, Array]:
         """The least cost reached from a start, and its parameters."""
         found = scipy.optimize.minimize(
             self.cost,
@@ -245,30 +253,33 @@ class _Problem:
 
     def cost(self, parameters: Array) -> tuple[float, Array]:
         """Minus the log likelihood, and its gradient."""
-        touch, by_touch = self._touch(parameters)
-        ends, by_ends = self._ends(parameters)
-        return touch + ends, by_touch + by_ends
+        touch, touch_gradient = self._touch_cost(parameters)
+        ends, end_gradient = self._end_cost(parameters)
+        return touch + ends, touch_gradient + end_gradient
 
-    def _thinned(self, random: np.random.Generator) -> _Problem:
+    def _subsample(self, random: np.random.Generator) -> _Problem:
         """The problem with few samples, half of which moved."""
-        few = copy.copy(self)
+        subset = copy.copy(self)
         both = np.flatnonzero(self._moved), np.flatnonzero(~self._moved)
-        part = [random.permutation(rows)[: SEARCH_SAMPLES // 2] for rows in both]
+        part = [random.permutation(rows)[: MAX_SEARCH_SAMPLES // 2] for rows in both]
         rows = np.sort(np.concatenate(part))
-        few._before, few._moved = self._before[rows], self._moved[rows]
-        few._x, few._y, few._height = self._x[rows], self._y[rows], self._height[rows]
+        subset._before, subset._moved = self._before[rows], self._moved[rows]
+        subset._x, subset._y, subset._height = self._x[rows], self._y[rows], self._height[rows]
         kept = np.isin(both[0], rows)
-        few._after, few._end = self._after[kept], self._end[kept]
-        few._ahead, few._elsewhere = self._ahead[kept], self._elsewhere[kept]
-        return few
+        subset._after, subset._end = self._after[kept], self._end[kept]
+        subset._direction, subset._background_density = (
+            self._direction[kept],
+            self._background_density[kept],
+        )
+        return subset
 
     def _start(self, scaled: Array) -> Array:
         return np.concatenate([np.ravel(scaled), [3.0, 3.0, 3.0, -3.0, 0.0, -2.0, 0.0]])
 
-    def _touch(self, parameters: Array) -> tuple[float, Array]:
+    def _touch_cost(self, parameters: Array) -> tuple[float, Array]:
         scaled = parameters[:6].reshape(3, 2)
         reach, sharpness, weight, lapses = parameters[6], np.exp(parameters[7]), *parameters[8:10]
-        x, y = _times(self._before, scaled).T
+        x, y = _matmul(self._before, scaled).T
         dx, dy = x[:, None] - self._x, y[:, None] - self._y
         distance = np.sqrt(dx * dx + dy * dy + 1e-6)
         logits = reach - sharpness * distance - weight * self._height
@@ -279,71 +290,71 @@ class _Problem:
         lapse = 1 / (1 + np.exp(-lapses))
         touched = 1 / (1 + np.exp(-np.clip(logit, -50, 50)))
         p = lapse + (1 - 2 * lapse) * touched
-        likely = np.where(self._moved, p, 1 - p) + TINY
-        by_p = np.where(self._moved, -1.0, 1.0) / likely
-        by_logit = by_p * (1 - 2 * lapse) * touched * (1 - touched)
-        by_place = (-sharpness * by_logit / distance)[:, None] * offset
+        likelihood = np.where(self._moved, p, 1 - p) + EPSILON
+        p_gradient = np.where(self._moved, -1.0, 1.0) / likelihood
+        logit_gradient = p_gradient * (1 - 2 * lapse) * touched * (1 - touched)
+        position_gradient = (-sharpness * logit_gradient / distance)[:, None] * offset
         gradient = np.zeros(13)
-        gradient[:6] = np.ravel(_times(self._before.T, by_place))
-        gradient[6] = by_logit.sum()
-        gradient[7] = -(by_logit * sharpness * distance).sum()
-        gradient[8] = -(by_logit * height).sum()
-        gradient[9] = (by_p * (1 - 2 * touched)).sum() * lapse * (1 - lapse)
-        return -float(np.log(likely).sum()), gradient
+        gradient[:6] = np.ravel(_matmul(self._before.T, position_gradient))
+        gradient[6] = logit_gradient.sum()
+        gradient[7] = -(logit_gradient * sharpness * distance).sum()
+        gradient[8] = -(logit_gradient * height).sum()
+        gradient[9] = (p_gradient * (1 - 2 * touched)).sum() * lapse * (1 - lapse)
+        return -float(np.log(likelihood).sum()), gradient
 
-    def _ends(self, parameters: Array) -> tuple[float, Array]:
+    def _end_cost(self, parameters: Array) -> tuple[float, Array]:
         """A share ends near the end of the path, the rest near where it began or anywhere."""
         scaled, (logit, spread, ahead) = parameters[:6].reshape(3, 2), parameters[10:]
         share, variance = 1 / (1 + np.exp(-logit)), np.exp(2 * spread)
-        offset = _times(self._after, scaled) - self._end - ahead * self._ahead
+        offset = _matmul(self._after, scaled) - self._end - ahead * self._direction
         squared = (offset**2).sum(axis=1)
-        area = abs(scaled[1, 0] * scaled[2, 1] - scaled[1, 1] * scaled[2, 0]) + TINY
+        area = abs(scaled[1, 0] * scaled[2, 1] - scaled[1, 1] * scaled[2, 0]) + EPSILON
         near = area * np.exp(-np.minimum(squared / (2 * variance), 700)) / (2 * np.pi * variance)
-        likely = share * near + (1 - share) * self._elsewhere + TINY
-        responsible = share * near / likely
-        by_offset = (responsible / variance)[:, None] * offset
+        likelihood = share * near + (1 - share) * self._background_density + EPSILON
+        responsible = share * near / likelihood
+        offset_gradient = (responsible / variance)[:, None] * offset
         gradient = np.zeros(13)
-        gradient[:6] = np.ravel(_times(self._after.T, by_offset))
+        gradient[:6] = np.ravel(_matmul(self._after.T, offset_gradient))
         inverse = np.linalg.pinv(scaled[1:])
         gradient[2:6] -= responsible.sum() * np.ravel(inverse.T)
-        gradient[10] = -((near - self._elsewhere) / likely).sum() * share * (1 - share)
+        gradient[10] = -((near - self._background_density) / likelihood).sum() * share * (1 - share)
         gradient[11] = -(responsible * (squared / variance - 2)).sum()
-        gradient[12] = -(by_offset * self._ahead).sum()
-        return -float(np.log(likely).sum()), gradient
+        gradient[12] = -(offset_gradient * self._direction).sum()
+        return -float(np.log(likelihood).sum()), gradient
 
 
-def _cauchy(ways: Array) -> Array:
+def _cauchy(displacements: Array) -> Array:
     """How likely each of (n, 2) ways is, if half of all are shorter than their median, (n,)."""
-    lengths = np.linalg.norm(ways, axis=1)
-    usual = max(float(np.median(lengths)) / np.sqrt(3), TINY) if len(lengths) else 1.0
-    return np.asarray(usual / (2 * np.pi * (usual**2 + lengths**2) ** 1.5))
+    lengths = np.linalg.norm(displacements, axis=1)
+    scale = max(float(np.median(lengths)) / np.sqrt(3), EPSILON) if len(lengths) else 1.0
+    return np.asarray(scale / (2 * np.pi * (scale**2 + lengths**2) ** 1.5))
 
 
-def _normal(places: Array) -> Array:
-    """How likely each of (n, 2) places is, if they are normally distributed, (n,)."""
-    if len(places) < 3:
-        return np.zeros(len(places))
-    away = places - places.mean(axis=0)
-    covariance = np.cov(away.T) + TINY * np.eye(2)
-    squared = (away @ np.linalg.inv(covariance) * away).sum(axis=1)
+def _normal(positions: Array) -> Array:
+    """How likely each of (n, 2) positions is, if they are normally distributed, (n,)."""
+    if len(positions) < 3:
+        return np.zeros(len(positions))
+    centred = positions - positions.mean(axis=0)
+    covariance = np.cov(centred.T) + EPSILON * np.eye(2)
+    squared = (centred @ np.linalg.inv(covariance) * centred).sum(axis=1)
     return np.asarray(np.exp(-squared / 2) / (2 * np.pi * np.sqrt(np.linalg.det(covariance))))
 
 
-def _turns() -> list[Array]:
+def _rotations() -> list[Array]:
     """Maps of every turn, and mirrored, (3, 2) each."""
     maps = []
-    for turn in np.arange(TURNS) * 2 * np.pi / TURNS:
-        c, s = np.cos(turn), np.sin(turn)
+    for angle in np.arange(N_ROTATIONS) * 2 * np.pi / N_ROTATIONS:
+        c, s = np.cos(angle), np.sin(angle)
         maps += [0.4 * np.array([[0, 0], [c, s], [-s * m, c * m]]) for m in (1.0, -1.0)]
     return maps
 
 
-def _times(one: Array, other: Array) -> Array:
+def _matmul(one: Array, other: Array) -> Array:
     """Their product; for a few columns, threads only cost time."""
     return np.asarray(np.einsum("ij,jk->ik", one, other))
 
 
-def along(corners: Array, n: int = POINTS) -> Array:
+def resample_path(corners: Array, n: int = N_POINTS) -> Array:
     """Points on the straight way from corner to corner, (k, 2 or 3) to (n, 2 or 3)."""
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     at = np.concatenate([[0.0], np.cumsum(lengths)])

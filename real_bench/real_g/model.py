@@ -16,7 +16,7 @@ from real_bench.real_g.networks import Ensemble
 
 Array = NDArray[np.float64]
 
-LOWEST_LOG, HIGHEST_LOG = -6.0, 1.0
+MIN_LOG, MAX_LOG = -6.0, 1.0
 SIZE = 3
 
 
@@ -32,9 +32,9 @@ class ContingencyModel:
         self.members = self._networks.members
 
     @property
-    def trained(self) -> bool:
+    def is_trained(self) -> bool:
         """Whether it has learned anything yet."""
-        return self._networks.trained
+        return self._networks.is_trained
 
     def train(self, features: Array, contingency: Array, steps: int) -> None:
         """Learn from scratch from n actions: (n, F) and (n,) from 0 to 1."""
@@ -92,39 +92,41 @@ class OutcomeModel:
         self._networks = Ensemble(seed, 2 * pairs * (1 + 2 * SIZE), hidden=96, batch=64)
 
     @property
-    def trained(self) -> bool:
+    def is_trained(self) -> bool:
         """Whether it has learned anything yet."""
-        return self._networks.trained
+        return self._networks.is_trained
 
-    def train(self, features: Array, outcomes: Array, stays: Array, steps: int) -> None:
+    def train(self, features: Array, outcomes: Array, static_outcomes: Array, steps: int) -> None:
         """Learn from scratch from n actions.
 
         Args:
             features: of each, (n, F).
             outcomes: the outcome of each, (n, 3).
-            stays: the outcome of each if nothing had moved, (n, 3).
+            static_outcomes: the outcome of each if nothing had moved, (n, 3).
             steps: of training.
         """
         if outcomes.shape != (len(features), SIZE):
             raise RealBenchError(
                 f"a model cannot learn from {features.shape} with {outcomes.shape}"
             )
-        base = self._bases(stays)
+        base = self._bases(static_outcomes)
         y = torch.from_numpy((outcomes / self._scale).astype(np.float32))
 
         def loss(outputs: torch.Tensor, rows: torch.Tensor) -> torch.Tensor:
-            return -_log_likelihood(*self._read(outputs, base[rows]), y[rows])
+            return -_log_likelihood(*self._parse(outputs, base[rows]), y[rows])
 
         self._networks.train(features, loss, steps)
 
-    def predict(self, features: Array, stays: Array, member: int | None = None) -> Mixture:
+    def predict(
+        self, features: Array, static_outcomes: Array, member: int | None = None
+    ) -> Mixture:
         """What n actions will do; as one member of the ensemble thinks, or all of them."""
-        outputs, base = self._networks.predict(features, member), self._bases(stays)
-        logits, means, logs = self._read(outputs, base.expand(len(outputs), *base.shape))
+        outputs, base = self._networks.predict(features, member), self._bases(static_outcomes)
+        logits, means, log_deviations = self._parse(outputs, base.expand(len(outputs), *base.shape))
         return Mixture(
             logits.softmax(dim=2).double().numpy(),
             means.double().numpy() * self._scale,
-            logs.exp().double().numpy() * self._scale,
+            log_deviations.exp().double().numpy() * self._scale,
         )
 
     def get_state(self) -> dict[str, Any]:
@@ -135,28 +137,28 @@ class OutcomeModel:
         """Go on with what it has learned."""
         self._networks.set_state(state)
 
-    def _read(
+    def _parse(
         self, outputs: torch.Tensor, base: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Logits (E, b, K), means and log deviations (E, b, K, 3)."""
         k = 2 * self._pairs
         e, b, _ = outputs.shape
         logits, rest = outputs[:, :, :k], outputs[:, :, k:].reshape(e, b, k, 2, SIZE)
-        logs = LOWEST_LOG + (HIGHEST_LOG - LOWEST_LOG) * torch.sigmoid(rest[:, :, :, 1])
-        return logits, base + rest[:, :, :, 0], logs
+        log_deviations = MIN_LOG + (MAX_LOG - MIN_LOG) * torch.sigmoid(rest[:, :, :, 1])
+        return logits, base + rest[:, :, :, 0], log_deviations
 
-    def _bases(self, stays: Array) -> torch.Tensor:
+    def _bases(self, static_outcomes: Array) -> torch.Tensor:
         """The origins of the Gaussians' means, (n, K, 3)."""
-        base = torch.zeros(len(stays), 2 * self._pairs, SIZE)
-        stay = torch.from_numpy((stays / self._scale).astype(np.float32))
-        base[:, : self._pairs] = stay[:, None]
+        base = torch.zeros(len(static_outcomes), 2 * self._pairs, SIZE)
+        static = torch.from_numpy((static_outcomes / self._scale).astype(np.float32))
+        base[:, : self._pairs] = static[:, None]
         return base
 
 
 def _log_likelihood(
-    logits: torch.Tensor, means: torch.Tensor, logs: torch.Tensor, y: torch.Tensor
+    logits: torch.Tensor, means: torch.Tensor, log_deviations: torch.Tensor, y: torch.Tensor
 ) -> torch.Tensor:
     """Of outcomes (E, b, 3), without the constant, (E, b)."""
-    z = (y[:, :, None] - means) * torch.exp(-logs)
-    each = -0.5 * (z * z).sum(dim=3) - logs.sum(dim=3)
+    z = (y[:, :, None] - means) * torch.exp(-log_deviations)
+    each = -0.5 * (z * z).sum(dim=3) - log_deviations.sum(dim=3)
     return torch.logsumexp(torch.log_softmax(logits, dim=2) + each, dim=2)

@@ -23,9 +23,9 @@ Loss = Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
 Layers = list[tuple[torch.Tensor, torch.Tensor]]
 
 RATE, DECAY = 2e-3, 5e-2
-CHECKS = 25
-MOST_CHECKED = 1000
-OUTLYING = 10.0
+N_CHECKS = 25
+MAX_CHECK_ROWS = 1000
+CLIP = 10.0
 
 
 class Ensemble:
@@ -50,7 +50,7 @@ class Ensemble:
         self._mean = self._deviation = np.zeros(0)
 
     @property
-    def trained(self) -> bool:
+    def is_trained(self) -> bool:
         """Whether it has learned anything yet."""
         return bool(self._layers)
 
@@ -69,26 +69,26 @@ class Ensemble:
         self._mean, self._deviation = features.mean(axis=0), features.std(axis=0)
         self._deviation = np.where(self._deviation < 1e-9, 1.0, self._deviation)
         random = torch.Generator().manual_seed(self._seed)
-        layers = self._made(features.shape[1], random)
+        layers = self._initial_layers(features.shape[1], random)
         parameters = [tensor for layer in layers for tensor in layer]
         best, lowest = [tensor.clone() for tensor in parameters], torch.full((self.members,), 1e9)
         for tensor in parameters:
             tensor.requires_grad_(True)
         x = self._scaled(features)
-        own = torch.randint(n, (self.members, n), generator=random)
-        others = _left_out(own, n, random)
+        in_bag = torch.randint(n, (self.members, n), generator=random)
+        out_of_bag = _out_of_bag(in_bag, n, random)
         optimizer = torch.optim.AdamW(parameters, lr=RATE, weight_decay=DECAY)
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps, RATE / 20)
         for step in range(1, steps + 1):
             pick = torch.randint(n, (self.members, min(self._batch, n)), generator=random)
-            rows = own.gather(1, pick)
+            rows = in_bag.gather(1, pick)
             optimizer.zero_grad(set_to_none=True)
             loss(_forward(layers, x[rows]), rows).mean(dim=1).sum().backward()  # type: ignore[no-untyped-call]
             optimizer.step()
             schedule.step()
-            if step % max(1, steps // CHECKS) == 0:
+            if step % max(1, steps // N_CHECKS) == 0:
                 with torch.no_grad():
-                    now = loss(_forward(layers, x[others]), others).mean(dim=1)
+                    now = loss(_forward(layers, x[out_of_bag]), out_of_bag).mean(dim=1)
                     for kept, tensor in zip(best, parameters, strict=True):
                         kept[now < lowest] = tensor[now < lowest]
                     lowest = torch.minimum(now, lowest)
@@ -119,7 +119,7 @@ class Ensemble:
         ]
         self._mean, self._deviation = np.asarray(state["mean"]), np.asarray(state["deviation"])
 
-    def _made(self, n_inputs: int, random: torch.Generator) -> Layers:
+    def _initial_layers(self, n_inputs: int, random: torch.Generator) -> Layers:
         sizes = [n_inputs, self._hidden, self._hidden, self._outputs]
         layers = []
         for number, (n, m) in enumerate(pairwise(sizes)):
@@ -129,7 +129,7 @@ class Ensemble:
         return layers
 
     def _scaled(self, features: Array) -> torch.Tensor:
-        scaled = np.clip((features - self._mean) / self._deviation, -OUTLYING, OUTLYING)
+        scaled = np.clip((features - self._mean) / self._deviation, -CLIP, CLIP)
         return torch.from_numpy(scaled.astype(np.float32))
 
 
@@ -141,14 +141,14 @@ def _forward(layers: Layers, x: torch.Tensor) -> torch.Tensor:
     return x
 
 
-def _left_out(own: torch.Tensor, n: int, random: torch.Generator) -> torch.Tensor:
+def _out_of_bag(in_bag: torch.Tensor, n: int, random: torch.Generator) -> torch.Tensor:
     """For each member as many rows outside its sample; any rows if there are too few."""
     rows = []
-    for sample in own:
+    for sample in in_bag:
         outside = torch.ones(n, dtype=torch.bool)
         outside[sample] = False
         found = outside.nonzero()[:, 0]
         found = found[torch.randperm(len(found), generator=random)]
         rows.append(found if len(found) else torch.arange(n))
-    fewest = min(MOST_CHECKED, *(len(found) for found in rows))
-    return torch.stack([found[:fewest] for found in rows])
+    n_rows = min(MAX_CHECK_ROWS, *(len(found) for found in rows))
+    return torch.stack([found[:n_rows] for found in rows])

@@ -40,7 +40,7 @@ class Perception(Protocol):
     def rows(self, first: int = 0) -> Array:
         """Rows of each object at each moment since the first, (k, n_objects, 3 or 7)."""
 
-    def now(self, observation: Mapping[str, Any]) -> Array:
+    def state(self, observation: Mapping[str, Any]) -> Array:
         """Rows of each object in an observation, (n_objects, 3 or 7)."""
 
     def goal(self, observation: Mapping[str, Any]) -> Array:
@@ -56,7 +56,7 @@ class Perception(Protocol):
         """Go on from there."""
 
 
-class SeenPoses:
+class PosePerception:
     """Positions and orientations as they are observed (conditions with O). Nothing is learned."""
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class SeenPoses:
 
     def see(self, observation: Mapping[str, Any]) -> None:
         """Keep the rows of this moment."""
-        self._rows.append(self.now(observation))
+        self._rows.append(self.state(observation))
 
     def act(self, path: Array | None) -> None:
         """Ignored here."""
@@ -86,7 +86,7 @@ class SeenPoses:
         """Rows of each object at each moment since the first, (k, n_objects, 7)."""
         return np.array(self._rows[first:])
 
-    def now(self, observation: Mapping[str, Any]) -> Array:
+    def state(self, observation: Mapping[str, Any]) -> Array:
         """Of each object now, (n_objects, 7)."""
         positions, orientations = (
             observation["object_positions"],

@@ -14,7 +14,7 @@ from real_bench.real_g.relation import Relation
 Array = NDArray[np.float64]
 
 Propose = Callable[[Array], Array]
-"""From (n, 2) places where the hand should end to n actions' numbers, (n, P)."""
+"""From (n, 2) positions where the hand should end to n actions' parameters, (n, P)."""
 
 
 @dataclass(frozen=True)
@@ -22,21 +22,22 @@ class Choice:
     """An action for an object.
 
     Attributes:
-        numbers: of the action, (P,).
-        expected: mean distance from the goal in the end, metres, including all later actions.
-        now: how far it is now.
-        end: where it is expected after this action, (3,).
+        parameters: of the action, (P,).
+        expected_distance: mean distance from the goal in the end, metres, including all later
+            actions.
+        distance_now: how far it is now.
+        expected_end: where it is expected after this action, (3,).
     """
 
-    numbers: Array
-    expected: float
-    now: float
-    end: Array
+    parameters: Array
+    expected_distance: float
+    distance_now: float
+    expected_end: Array
 
     @property
     def gain(self) -> float:
         """How much nearer the object comes."""
-        return self.now - self.expected
+        return self.distance_now - self.expected_distance
 
 
 class Planner:
@@ -63,7 +64,7 @@ class Planner:
         self,
         row: Array,
         goal: Array,
-        left: int,
+        n_left: int,
         propose: Propose,
         random: np.random.Generator,
     ) -> Choice:
@@ -72,79 +73,83 @@ class Planner:
         Args:
             row: of the object now, (3 or 7,).
             goal: where it should be, (3,).
-            left: actions that the trial allows after this one.
+            n_left: actions that the trial allows after this one.
             propose: proposes actions.
             random: draws.
         """
-        deed = self._relation.deed
-        reach = (deed.high - deed.low)[list(deed.end)]
+        primitive = self._relation.primitive
+        reach = (primitive.high - primitive.low)[list(primitive.end)]
         n = self._samples
-        spread = reach * _shares(n, random)[:, None]
+        spread = reach * _sample_shares(n, random)[:, None]
         ends = goal[:2] + random.normal(size=(n, 2)) * spread
-        numbers = propose(np.clip(ends, deed.low[list(deed.end)], deed.high[list(deed.end)]))
-        kept, values = numbers[:0], np.empty(0)
+        parameters = propose(
+            np.clip(ends, primitive.low[list(primitive.end)], primitive.high[list(primitive.end)])
+        )
+        kept, values = parameters[:0], np.empty(0)
         floor = np.inf
         for number in range(self._rounds):
-            weights, away = self.distances(row, goal, numbers)
+            weights, distances = self.distances(row, goal, parameters)
             if number == 0:
-                floor = expected_after(weights, away, left)
-            numbers = np.concatenate([kept, numbers])
-            values = np.concatenate([values, (weights * np.minimum(away, floor)).sum(axis=1)])
+                floor = expected_after(weights, distances, n_left)
+            parameters = np.concatenate([kept, parameters])
+            values = np.concatenate([values, (weights * np.minimum(distances, floor)).sum(axis=1)])
             order = np.argsort(values, kind="stable")[: max(1, n // 20)]
-            kept, values = numbers[order], values[order]
+            kept, values = parameters[order], values[order]
             if number < self._rounds - 1:
                 parents = kept[random.integers(len(kept), size=n)]
-                share = _shares(n, random)[:, None] / 2 ** (number + 1)
-                noise = random.normal(size=parents.shape) * share * (deed.high - deed.low)
+                share = _sample_shares(n, random)[:, None] / 2 ** (number + 1)
+                noise = random.normal(size=parents.shape) * share * (primitive.high - primitive.low)
                 noise *= random.random(parents.shape) < 0.5
-                numbers = np.clip(parents + noise, deed.low, deed.high)
-        weights, away = self.distances(row, goal, kept[:1])
-        floor = expected_after(weights, away, left)
-        expected = float((weights * np.minimum(away, floor)).sum())
+                parameters = np.clip(parents + noise, primitive.low, primitive.high)
+        weights, distances = self.distances(row, goal, kept[:1])
+        floor = expected_after(weights, distances, n_left)
+        expected = float((weights * np.minimum(distances, floor)).sum())
         return Choice(
             kept[0], expected, float(np.linalg.norm(row[:3] - goal)), self.end(row, kept[0])
         )
 
-    def distances(self, row: Array, goal: Array, numbers: Array) -> tuple[Array, Array]:
+    def distances(self, row: Array, goal: Array, parameters: Array) -> tuple[Array, Array]:
         """How likely n actions end how far from a goal: two arrays (n, E K)."""
-        rows, mixture = self.predicted(row, numbers)
+        rows, mixture = self.predict(row, parameters)
         means = np.moveaxis(mixture.means, 0, 1)  # n, E, K, 3
-        ends = self._relation.ends(rows, means, numbers)
+        ends = self._relation.end_positions(rows, means, parameters)
         spread = np.moveaxis(mixture.deviations, 0, 1)
-        away = np.sqrt(((ends - goal) ** 2).sum(axis=-1) + (spread**2).sum(axis=-1))
+        distances = np.sqrt(((ends - goal) ** 2).sum(axis=-1) + (spread**2).sum(axis=-1))
         weights = np.moveaxis(mixture.weights, 0, 1) / len(mixture.weights)
-        return weights.reshape(len(numbers), -1), away.reshape(len(numbers), -1)
+        return weights.reshape(len(parameters), -1), distances.reshape(len(parameters), -1)
 
-    def predicted(
-        self, row: Array, numbers: Array, member: int | None = None
+    def predict(
+        self, row: Array, parameters: Array, member: int | None = None
     ) -> tuple[Array, Mixture]:
         """The object's row for each of n actions, and what they are expected to do."""
-        rows = np.tile(row, (len(numbers), 1))
+        rows = np.tile(row, (len(parameters), 1))
         relation = self._relation
-        features = relation.features(rows, numbers)
-        return rows, self._model.predict(features, relation.stays(numbers), member)
+        features = relation.features(rows, parameters)
+        return rows, self._model.predict(features, relation.static_outcome(parameters), member)
 
-    def end(self, row: Array, numbers: Array) -> Array:
+    def end(self, row: Array, parameters: Array) -> Array:
         """Where the object most likely is after an action, (3,)."""
-        rows, mixture = self.predicted(row, numbers[None])
-        ends = self._relation.ends(rows, np.moveaxis(mixture.means, 0, 1), numbers[None])[0]
+        rows, mixture = self.predict(row, parameters[None])
+        ends = self._relation.end_positions(
+            rows, np.moveaxis(mixture.means, 0, 1), parameters[None]
+        )[0]
         best = np.unravel_index(int(mixture.weights[:, 0].argmax()), mixture.weights[:, 0].shape)
         return np.asarray(ends[best])
 
 
-def expected_after(weights: Array, away: Array, left: int) -> float:
-    """f(left): the least mean distance that ``left`` more actions can bring.
+def expected_after(weights: Array, distances: Array, n_left: int) -> float:
+    """f(left): the least mean distance that ``n_left`` more actions can bring.
 
     Args:
         weights: how likely each of M outcomes of n kinds of actions is, (n, M).
-        away: how far it is from the goal, (n, M).
-        left: how many actions; infinite for none.
+        distances: how far it is from the goal, (n, M).
+        n_left: how many actions; infinite for none.
     """
     floor = np.inf
-    for _ in range(left):
-        floor = float((weights * np.minimum(away, floor)).sum(axis=1).min())
+    for _ in range(n_left):
+        floor = float((weights * np.minimum(distances, floor)).sum(axis=1).min())
     return floor
 
 
-def _shares(n: int, random: np.random.Generator) -> Array:
+def _sample_shares(n: int, random: np.random.Generator) -> Array:
     return np.asarray(np.exp(random.uniform(np.log(0.002), np.log(0.2), n)))

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from real_bench.real_g.goals import OwnGoals
-from real_bench.real_g.hand import Deed
-from real_bench.real_g.memory import DeedMemory, aimed, scale
+from real_bench.real_g.goals import SelfGeneratedGoals
+from real_bench.real_g.hand import Primitive
+from real_bench.real_g.memory import ActionMemory, sample_near_object, sample_scales
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.skill import Skill
 from real_bench.settings import Settings
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 log = logging.getLogger(__name__)
 
-MEMORY_SHARP = 2
+MEMORY_EXPONENT = 2
 """Memory uses this power of an action's contingency, to repeat only what went all the way."""
 
 
@@ -60,30 +60,30 @@ class Play:
     """What was done, its outcomes, and how to continue playing.
 
     Args:
-        deed: the form of the actions.
+        primitive: the form of the actions.
         settings: how it plays.
         seed: of all that is learned.
     """
 
-    def __init__(self, deed: Deed, settings: PlaySettings, seed: int) -> None:
-        self.deed, self._settings, self._seed = deed, settings, seed
-        self.relation = Relation(deed)
-        ends = list(deed.end)
-        self._low, self._high = deed.low[ends], deed.high[ends]
+    def __init__(self, primitive: Primitive, settings: PlaySettings, seed: int) -> None:
+        self.primitive, self._settings, self._seed = primitive, settings, seed
+        self.relation = Relation(primitive)
+        ends = list(primitive.end)
+        self._low, self._high = primitive.low[ends], primitive.high[ends]
         self.skills: list[Skill] = []
-        self._memories: list[DeedMemory] = []
-        self.lesson = 0  # the actions that it has learned from
-        self.goals = OwnGoals(self._low, self._high)
+        self._memories: list[ActionMemory] = []
+        self.n_learned = 0  # the actions that it has learned from
+        self.goals = SelfGeneratedGoals(self._low, self._high)
 
-    def _memory(self, o: int) -> DeedMemory:
+    def _memory(self, o: int) -> ActionMemory:
         while len(self._memories) <= o:
-            self._memories.append(DeedMemory(self.relation))
+            self._memories.append(ActionMemory(self.relation))
         return self._memories[o]
 
     def _skill(self, o: int) -> Skill:
         return Skill(self.relation, self._memory(o), self._seed + o)
 
-    def due(self, n: int) -> int:
+    def lesson_due(self, n: int) -> int:
         """From how many of n actions it should have learned.
 
         Lessons come at the same numbers whether or not a run was interrupted.
@@ -94,62 +94,64 @@ class Play:
             following = last + max(self._settings.first, int(self._settings.growth * last))
         return last
 
-    def learn(self, before: Array, after: Array, numbers: Array, *, last: bool = False) -> None:
+    def learn(self, before: Array, after: Array, parameters: Array, *, last: bool = False) -> None:
         """Learn again from n actions; unknown ones are left out.
 
         Args:
             before: all objects' rows, (n, n_objects, 3 or 7).
             after: their rows after each.
-            numbers: of the actions, (n, P); NaN where they are not of the deed's form.
+            parameters: of the actions, (n, P); NaN where they are not of the primitive's form.
             last: play is over.
         """
-        self.lesson = len(numbers)
-        log.info("learning from %d actions", len(numbers))
+        self.n_learned = len(parameters)
+        log.info("learning from %d actions", len(parameters))
         self.skills = [self._skill(o) for o in range(before.shape[1])]
-        about = self.about(before, numbers)
+        nearest_objects = self.nearest_objects(before, parameters)
         for o, skill in enumerate(self.skills):
             known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
-            mine = (about == o) & known & ~np.isnan(numbers).any(axis=1)
-            went = before[mine, o], after[mine, o], numbers[mine]
+            relevant = (nearest_objects == o) & known & ~np.isnan(parameters).any(axis=1)
+            samples = before[relevant, o], after[relevant, o], parameters[relevant]
             s = self._settings
-            skill.learn(*went, int(np.clip(s.steps * mine.sum(), s.fewest_steps, s.most_steps)))
+            skill.learn(
+                *samples, int(np.clip(s.steps * relevant.sum(), s.fewest_steps, s.most_steps))
+            )
             if last:
-                skill.learn_outcomes(*went, s.last_steps)
+                skill.learn_outcomes(*samples, s.last_steps)
 
-    def recover(self, skills: Sequence[Mapping[str, Any]], lesson: int) -> None:
-        """Restore what was learned from ``n`` actions."""
-        self.lesson = lesson
+    def restore(self, skills: Sequence[Mapping[str, Any]], n_learned: int) -> None:
+        """Restore what was learned from ``n_learned`` actions."""
+        self.n_learned = n_learned
         self.skills = [self._skill(o) for o in range(len(skills))]
         for skill, state in zip(self.skills, skills, strict=True):
             skill.set_state(state)
 
-    def about(self, before: Array, numbers: Array) -> NDArray[np.int64]:
+    def nearest_objects(self, before: Array, parameters: Array) -> NDArray[np.int64]:
         """Which object each action is about, (n,): that nearest to where it begins."""
         if before.shape[1] == 0:
             return np.zeros(len(before), np.int64)
-        start = numbers[:, None, list(self.deed.start)]
-        away = np.linalg.norm(before[:, :, :2] - start, axis=2)
-        return np.asarray(np.where(np.isnan(away), np.inf, away).argmin(axis=1))
+        start = parameters[:, None, list(self.primitive.start)]
+        distances = np.linalg.norm(before[:, :, :2] - start, axis=2)
+        return np.asarray(np.where(np.isnan(distances), np.inf, distances).argmin(axis=1))
 
-    def watch(self, before: Array, after: Array, numbers: Array) -> None:
+    def observe(self, before: Array, after: Array, parameters: Array) -> None:
         """Learn for its own goals from one action: where objects were, how well it went.
 
         Args:
             before: all objects' rows, (n_objects, 3 or 7).
             after: their rows after it.
-            numbers: of the action, (P,), NaN where they are not known.
+            parameters: of the action, (P,), NaN where they are not known.
         """
-        places = np.concatenate([before[:, :2], after[:, :2]])
-        self.goals.saw(places[~np.isnan(places).any(axis=1)])
-        if len(before) == 0 or np.isnan(numbers).any():
+        positions = np.concatenate([before[:, :2], after[:, :2]])
+        self.goals.observe(positions[~np.isnan(positions).any(axis=1)])
+        if len(before) == 0 or np.isnan(parameters).any():
             return
-        o = int(self.about(before[None], numbers[None])[0])
-        success = self.relation.contingency(before[None, o], after[None, o], numbers[None])[0]
+        o = int(self.nearest_objects(before[None], parameters[None])[0])
+        success = self.relation.contingency(before[None, o], after[None, o], parameters[None])[0]
         if np.isfinite(success):
-            self._memory(o).did(before[o], numbers, float(success) ** MEMORY_SHARP)
-            self.goals.tried(numbers[list(self.deed.end)], float(success))
+            self._memory(o).record(before[o], parameters, float(success) ** MEMORY_EXPONENT)
+            self.goals.record_attempt(parameters[list(self.primitive.end)], float(success))
 
-    def next_numbers(self, rows: Array, random: np.random.Generator) -> Array:
+    def next_parameters(self, rows: Array, random: np.random.Generator) -> Array:
         """Of the next action, (P,).
 
         Args:
@@ -158,20 +160,20 @@ class Play:
         """
         visible = np.flatnonzero(~np.isnan(rows).any(axis=1)) if len(rows) else np.empty(0, int)
         if not len(visible):
-            return random.uniform(self.deed.low, self.deed.high)
+            return random.uniform(self.primitive.low, self.primitive.high)
         settings = self._settings
         number = int(random.choice(visible))
         row = rows[number]
         goal = self.goals.draw(random)
         if random.random() < settings.near:
             reach = float((self._high - self._low).mean())
-            goal = row[:2] + random.normal(size=2) * reach * scale(1, random)
+            goal = row[:2] + random.normal(size=2) * reach * sample_scales(1, random)
         ends = np.tile(np.clip(goal, self._low, self._high), (settings.candidates, 1))
         skill = self.skills[number] if number < len(self.skills) else None
-        how = random.random()
-        if skill is None or not skill.learned or how < settings.random:
-            return np.asarray(aimed(self.relation, row, ends[:1], random)[0])
-        if how < settings.random + settings.bred and skill.memory.families:
-            return np.asarray(skill.memory.varied(row, ends[:1], random)[0])
-        numbers = skill.think(row, ends, random)
-        return np.asarray(numbers[skill.most_contingent(row, numbers, random)])
+        chance = random.random()
+        if skill is None or not skill.has_learned or chance < settings.random:
+            return np.asarray(sample_near_object(self.relation, row, ends[:1], random)[0])
+        if chance < settings.random + settings.bred and skill.memory.families:
+            return np.asarray(skill.memory.sample_variations(row, ends[:1], random)[0])
+        parameters = skill.propose(row, ends, random)
+        return np.asarray(parameters[skill.most_contingent(row, parameters, random)])

@@ -16,7 +16,7 @@ from real_bench.recording import Experience
 Array = NDArray[np.float64]
 
 
-class SeenImages:
+class ImagePerception:
     """Rows x, y, z of each object that it has learned to see; none before.
 
     Args:
@@ -62,7 +62,7 @@ class SeenImages:
         """Rows of each object at each moment since the first, (k, n_objects, 3)."""
         return self._objects.rows(first)
 
-    def now(self, observation: Mapping[str, Any]) -> Array:
+    def state(self, observation: Mapping[str, Any]) -> Array:
         """Rows of each object in an observation, (n_objects, 3); NaN if it is not seen."""
         return self._objects.look(observation["retina"])
 

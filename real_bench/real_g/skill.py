@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.real_g.memory import DeedMemory, aimed
+from real_bench.real_g.memory import ActionMemory, sample_near_object
 from real_bench.real_g.model import ContingencyModel, OutcomeModel
 from real_bench.real_g.relation import Relation
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 UNVARIED_SHARE = 0.3
 """The share of candidate actions that do not come from memory."""
 
-FEWEST = 30
+MIN_ACTIONS = 30
 """The fewest actions to learn from."""
 
 
@@ -30,65 +30,65 @@ class Skill:
         seed: of the models.
     """
 
-    def __init__(self, relation: Relation, memory: DeedMemory, seed: int) -> None:
-        deed = relation.deed
-        reach = float((deed.high - deed.low)[list(deed.end)].mean())
+    def __init__(self, relation: Relation, memory: ActionMemory, seed: int) -> None:
+        primitive = relation.primitive
+        reach = float((primitive.high - primitive.low)[list(primitive.end)].mean())
         self.relation, self.memory = relation, memory
         self.contingency = ContingencyModel(seed)
         self.model = OutcomeModel(seed, scale=reach)
 
     @property
-    def learned(self) -> bool:
+    def has_learned(self) -> bool:
         """Whether it has learned anything yet."""
-        return self.contingency.trained
+        return self.contingency.is_trained
 
-    def learn(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
+    def learn(self, before: Array, after: Array, parameters: Array, steps: int) -> None:
         """Learn again what the object follows, from n actions.
 
         Args:
             before: the object's rows, (n, 3 or 7).
             after: its rows after each.
-            numbers: the actions', (n, P).
+            parameters: the actions', (n, P).
             steps: of training.
         """
-        if len(before) < FEWEST:
+        if len(before) < MIN_ACTIONS:
             return
-        followed = self.relation.contingency(before, after, numbers)
-        self.contingency.train(self.relation.features(before, numbers), followed, steps)
+        followed = self.relation.contingency(before, after, parameters)
+        self.contingency.train(self.relation.features(before, parameters), followed, steps)
 
-    def learn_outcomes(self, before: Array, after: Array, numbers: Array, steps: int) -> None:
+    def learn_outcomes(self, before: Array, after: Array, parameters: Array, steps: int) -> None:
         """Learn again where the object ends; arguments as in :meth:`learn`."""
-        if len(before) < FEWEST:
+        if len(before) < MIN_ACTIONS:
             return
         relation = self.relation
         self.model.train(
-            relation.features(before, numbers),
-            relation.outcome(before, after, numbers),
-            relation.stays(numbers),
+            relation.features(before, parameters),
+            relation.outcome(before, after, parameters),
+            relation.static_outcome(parameters),
             steps,
         )
 
-    def think(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
-        """N actions for an object at a row, (n, P), that end the hand at (n, 2) places."""
-        if not self.learned or not self.memory.families:
-            return aimed(self.relation, row, ends, random)
+    def propose(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
+        """N actions for an object at a row, (n, P), that end the hand at (n, 2) positions."""
+        if not self.has_learned or not self.memory.families:
+            return sample_near_object(self.relation, row, ends, random)
         n_new = int(len(ends) * UNVARIED_SHARE)
         return np.concatenate(
             [
-                aimed(self.relation, row, ends[:n_new], random),
-                self.memory.varied(row, ends[n_new:], random),
+                sample_near_object(self.relation, row, ends[:n_new], random),
+                self.memory.sample_variations(row, ends[n_new:], random),
             ]
         )
 
-    def most_contingent(self, row: Array, numbers: Array, random: np.random.Generator) -> int:
+    def most_contingent(self, row: Array, parameters: Array, random: np.random.Generator) -> int:
         """Which of n actions one member of the ensemble expects the object to follow most.
 
         The member is drawn each time (Thompson sampling): members agree on what is known, and
         differ in their hopes about the rest.
         """
-        rows = np.tile(row, (len(numbers), 1))
+        rows = np.tile(row, (len(parameters), 1))
         member = int(random.integers(self.contingency.members))
-        features = self.relation.features(rows, numbers)
+        features = self.relation.features(rows, parameters)
         return int(self.contingency.predict(features, member).argmax())
 
     def get_state(self) -> dict[str, Any]:

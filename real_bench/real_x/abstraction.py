@@ -66,7 +66,7 @@ class DynamicAbstraction:
         """V, the number of state variables."""
         return int(self.thresholds.shape[1])
 
-    def same_from(self, differences: NDArray[np.float64]) -> NDArray[np.int64]:
+    def first_same_level(self, differences: NDArray[np.float64]) -> NDArray[np.int64]:
         """The first level at which states count as the same, given their differences.
 
         Args:

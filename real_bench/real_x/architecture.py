@@ -116,10 +116,10 @@ class RealX(Controller):
     def use_experience(self, experience: Experience) -> None:
         """Abstract the triplets, and make a planner from those that can be planned with."""
         self._experience = experience
-        self._whole = plannable(experience)
+        self._plannable = plannable(experience)
         triplets = self._perception.triplets(experience)
-        whole = Triplets(triplets.states[self._whole], triplets.outcomes[self._whole])
-        self._planner = Planner(whole, self._abstractor(whole))
+        usable = Triplets(triplets.states[self._plannable], triplets.outcomes[self._plannable])
+        self._planner = Planner(usable, self._abstractor(usable))
 
     def start_extrinsic_phase(self) -> None:
         """The tests begin; raises ControllerError if there is nothing to plan with."""
@@ -151,7 +151,7 @@ class RealX(Controller):
         facts = {
             "level": plan.level,
             "thresholds": None if plan.level is None else levels[plan.level].tolist(),
-            "plan": self._whole[list(plan.triplets)].tolist(),
+            "plan": self._plannable[list(plan.triplets)].tolist(),
             "plan_length": len(plan.triplets),
             "nodes_expanded": plan.n_expanded,
             "state": state.tolist(),
@@ -167,7 +167,7 @@ class RealX(Controller):
         return self._curiosity.choose(observation, self._explorer.next_action)
 
     def _action(self, triplet: int) -> Action:
-        return self._experience.action(int(self._whole[triplet]))
+        return self._experience.action(int(self._plannable[triplet]))
 
     def _rest(self) -> Action:
         """No command for one action."""

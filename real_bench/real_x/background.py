@@ -34,5 +34,5 @@ class Background:
 
     def foreground(self, image: Image) -> NDArray[np.float32]:
         """What is not background in an image, (height, width): 1 where it is not, else 0."""
-        marked = self._model.apply(image, learningRate=0)  # a shadow is marked, too
-        return np.asarray(marked > 0, np.float32)
+        mask = self._model.apply(image, learningRate=0)  # a shadow is marked, too
+        return np.asarray(mask > 0, np.float32)

@@ -58,20 +58,20 @@ class ChangePredictor:
             actions: the commands at k moments of each, (n, k, size).
             change: whether it changed the state, (n,).
         """
-        inputs = _joined(states, actions)
+        inputs = _join(states, actions)
         if len(inputs) == 0 or change.shape != (len(inputs),):
             raise RealBenchError(
                 f"a change predictor cannot learn from {inputs.shape} with {change.shape}"
             )
         self._mean, self._scale = inputs.mean(axis=(0, 1)), inputs.std(axis=(0, 1))
         self._scale[self._scale == 0] = 1.0
-        self._network = self._made(inputs.shape[2])
+        self._network = self._new_network(inputs.shape[2])
         optimizer = torch.optim.Adam(self._network.parameters(), lr=RATE)
         data, target = self._scaled(inputs), torch.from_numpy(change.astype(np.float32))
         random = torch.Generator().manual_seed(self._seed)
         for _ in range(self._steps):
             rows = torch.randint(len(data), (BATCH,), generator=random)
-            logits = _most(self._network, data[rows])
+            logits = _max_logit(self._network, data[rows])
             loss = functional.binary_cross_entropy_with_logits(logits, target[rows])
             optimizer.zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
@@ -85,12 +85,12 @@ class ChangePredictor:
         if self._network is None:
             return np.zeros(len(states), bool)
         with torch.no_grad():
-            logits: NDArray[np.float32] = _most(
-                self._network, self._scaled(_joined(states, actions))
+            logits: NDArray[np.float32] = _max_logit(
+                self._network, self._scaled(_join(states, actions))
             ).numpy()
         return logits > 0
 
-    def _made(self, n_inputs: int) -> nn.Module:
+    def _new_network(self, n_inputs: int) -> nn.Module:
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(self._seed)
             return nn.Sequential(
@@ -105,7 +105,7 @@ class ChangePredictor:
         return torch.from_numpy(((inputs - self._mean) / self._scale).astype(np.float32))
 
 
-def _joined(states: NDArray[np.float64], actions: NDArray[np.float64]) -> NDArray[np.float64]:
+def _join(states: NDArray[np.float64], actions: NDArray[np.float64]) -> NDArray[np.float64]:
     """States joined with every moment of actions, (n, k, V + size)."""
     if states.ndim != 2 or actions.ndim != 3 or len(states) != len(actions):
         raise RealBenchError(
@@ -116,7 +116,7 @@ def _joined(states: NDArray[np.float64], actions: NDArray[np.float64]) -> NDArra
     return np.concatenate([beside, actions], axis=2)
 
 
-def _most(network: nn.Module, inputs: torch.Tensor) -> torch.Tensor:
+def _max_logit(network: nn.Module, inputs: torch.Tensor) -> torch.Tensor:
     """The largest logit over the moments, (n, k, inputs) to (n,)."""
     logits: torch.Tensor = network(inputs)
     return logits[:, :, 0].amax(dim=1)

@@ -15,7 +15,7 @@ from real_bench.controls import MacroControl
 from real_bench.real_x.change import STEPS, ChangePredictor, changed
 from real_bench.real_x.foreground import ForegroundSettings
 from real_bench.real_x.home import is_home
-from real_bench.real_x.latents import LATENT_AN_OBJECT, Latents, VAESettings
+from real_bench.real_x.latents import LATENTS_PER_OBJECT, Latents, VAESettings
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
 from real_bench.settings import Settings
@@ -41,7 +41,7 @@ class CuriositySettings(Settings):
 
     every: int = Field(500, ge=2)
     candidates: int = Field(1000, ge=1)
-    latent: int = Field(LATENT_AN_OBJECT, ge=1, le=1000)
+    latent: int = Field(LATENTS_PER_OBJECT, ge=1, le=1000)
     eye: ForegroundSettings = ForegroundSettings()
     vae: VAESettings = VAESettings(steps=400)
     steps: int = Field(default=STEPS, ge=1)
@@ -86,7 +86,7 @@ class Curiosity:
         """Remember what was recorded before the run was cut; raises RecordingError."""
         self._images = list(experience.map_images(self._eyes.shrink))
         self._home = is_home(experience.joint_positions).tolist()
-        self._actions = [_described(experience.action(i)) for i in range(len(experience))]
+        self._actions = [_sample_commands(experience.action(i)) for i in range(len(experience))]
         self._preconditions = experience.preconditions.tolist()
         self._outcomes = experience.outcomes.tolist()
         n = len(self._outcomes)
@@ -105,7 +105,7 @@ class Curiosity:
         if n - self._learned_from >= self._settings.every:
             self._learn(n)
         action = self._first_promising(propose) if self._learned_from else propose()
-        self._actions.append(_described(action))
+        self._actions.append(_sample_commands(action))
         self._preconditions.append(len(self._images) - 1)
         return action
 
@@ -135,14 +135,14 @@ class Curiosity:
         for first in range(0, self._settings.candidates, CANDIDATES_AT_ONCE):
             n = min(CANDIDATES_AT_ONCE, self._settings.candidates - first)
             actions = [propose() for _ in range(n)]
-            described = np.array([_described(action) for action in actions])
-            promising = self._predictor.predict(np.tile(state, (n, 1)), described)
+            commands = np.array([_sample_commands(action) for action in actions])
+            promising = self._predictor.predict(np.tile(state, (n, 1)), commands)
             if promising.any():
                 return actions[int(promising.argmax())]
         return propose()
 
 
-def _described(action: Action) -> NDArray[np.float64]:
+def _sample_commands(action: Action) -> NDArray[np.float64]:
     """What is commanded at each moment, (k, size); a macro is one command throughout."""
     is_macro = action.commands.shape[1] == MacroControl.size
     return action.commanded(MOMENTS[:1] if is_macro else MOMENTS)

@@ -74,8 +74,8 @@ class ForegroundExtractor:
     def _foreground(self, image: NDArray[np.uint8]) -> NDArray[np.float32]:
         if self._background is None:
             raise RealBenchError("no background has been learned yet")
-        marked = self._background.foreground(image)
-        cells = cv2.resize(marked, self._settings.cells, interpolation=cv2.INTER_AREA)
+        mask = self._background.foreground(image)
+        cells = cv2.resize(mask, self._settings.cells, interpolation=cv2.INTER_AREA)
         if self._settings.blur > 0:
             blur, beyond = self._settings.blur, cv2.BORDER_CONSTANT
             cells = cv2.GaussianBlur(cells, (0, 0), blur, borderType=beyond)

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from real_bench.actions import ACTION_STEPS
 from real_bench.recording import Experience
 
-AWAY_RADIANS = 0.1
+HOME_TOLERANCE_RAD = 0.1
 """The largest joint angle (at home all are 0) at which the arm is still out of view.
 With joint actions the 150 steps at the end are not always enough to come home. Measured on images
 after which no object had moved: beyond 0.1 they differ in hundreds of pixels, below in single ones.
@@ -17,7 +17,7 @@ after which no object had moved: beyond 0.1 they differ in hundreds of pixels, b
 
 def is_home(joint_positions: ArrayLike) -> NDArray[np.bool_]:
     """Whether the robot is home, (..., 9) radians to (...)."""
-    return np.asarray((np.abs(joint_positions) < AWAY_RADIANS).all(axis=-1))
+    return np.asarray((np.abs(joint_positions) < HOME_TOLERANCE_RAD).all(axis=-1))
 
 
 def plannable(experience: Experience) -> NDArray[np.int64]:

@@ -19,12 +19,12 @@ from real_bench.real_x.vae import VAE, OnTraining, Training
 from real_bench.recording import Experience
 from real_bench.settings import Settings
 
-LATENT_AN_OBJECT = 7
+LATENTS_PER_OBJECT = 7
 """Latent variables per object, as in the paper."""
 
 PAPER_PIXELS = 320 * 240
 
-LINES_A_TRAINING = 15
+LINES_PER_TRAINING = 15
 
 log = logging.getLogger(__name__)
 
@@ -95,8 +95,8 @@ class Latents:
         """
         images = experience.map_images(self.shrink)
         if self._vae is None or self._learned_from != len(images):
-            n_latent = LATENT_AN_OBJECT * len(experience.object_names)
-            codes = self.learn(images, n_latent, _tell)
+            n_latent = LATENTS_PER_OBJECT * len(experience.object_names)
+            codes = self.learn(images, n_latent, _log_epoch)
         else:
             self._eye.learn_background(images)
             codes = self._encode(self._eye.foregrounds(images))
@@ -117,11 +117,11 @@ class Latents:
         """
         self._eye.learn_background(images)
         foregrounds = self._eye.foregrounds(images)
-        vae, settings = self._made(n_latent), self._vae_settings
+        vae, settings = self._new_vae(n_latent), self._vae_settings
         weight = settings.weight * PAPER_PIXELS / vae.n_inputs
         epochs = math.ceil(settings.steps / math.ceil(len(images) / settings.batch))
         training = Training(epochs, settings.batch, settings.rate, weight)
-        vae.train(foregrounds, training, report or _say_nothing)
+        vae.train(foregrounds, training, report or _ignore_epoch)
         self._vae, self._learned_from = vae, len(images)
         return self._encode(foregrounds)
 
@@ -149,7 +149,7 @@ class Latents:
         self._seed = state["seed"]
         weights = state["vae"]
         if weights and state["settings"] == self._settings():
-            self._vae = self._made(len(weights["mean.bias"]))
+            self._vae = self._new_vae(len(weights["mean.bias"]))
             self._vae.set_weights(weights)
             self._learned_from = state["learned_from"]
 
@@ -161,15 +161,15 @@ class Latents:
     def _settings(self) -> dict[str, Any]:
         return {"eye": self._eye_settings.model_dump(), "vae": self._vae_settings.model_dump()}
 
-    def _made(self, n_latent: int) -> VAE:
+    def _new_vae(self, n_latent: int) -> VAE:
         width, height = self._eye_settings.cells
         return VAE(width * height, n_latent, self._vae_settings.hidden, self._seed)
 
 
-def _tell(epoch: int, n_epochs: int, loss: float) -> None:
-    if (epoch + 1) % math.ceil(n_epochs / LINES_A_TRAINING) == 0 or epoch + 1 == n_epochs:
+def _log_epoch(epoch: int, n_epochs: int, loss: float) -> None:
+    if (epoch + 1) % math.ceil(n_epochs / LINES_PER_TRAINING) == 0 or epoch + 1 == n_epochs:
         log.info("VAE: epoch %d of %d, loss %.1f", epoch + 1, n_epochs, loss)
 
 
-def _say_nothing(epoch: int, n_epochs: int, loss: float) -> None:
+def _ignore_epoch(epoch: int, n_epochs: int, loss: float) -> None:
     pass

@@ -37,7 +37,7 @@ class Neighbours:
         self._scale = np.maximum(thresholds, finest or 1.0)
         self._tree = scipy.spatial.KDTree(states[self._nodes] / self._scale)
 
-    def of(self, state: NDArray[np.float64]) -> NDArray[np.int64]:
+    def find(self, state: NDArray[np.float64]) -> NDArray[np.int64]:
         """The nodes whose state is the same as a (V,) state, in any order."""
         near = self._tree.query_ball_point(state / self._scale, 1 + ROUNDING, p=np.inf)
         nodes = self._nodes[np.array(near, np.intp)]

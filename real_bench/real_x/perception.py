@@ -19,7 +19,7 @@ StateVector = NDArray[np.float64]
 COPIES = 7
 """Copies of the states that making a planner takes at its peak, outcomes included."""
 
-MOST_BYTES = 1_300_000_000
+MAX_BYTES = 1_300_000_000
 """For these; with the planner's indices it all stays within 2 GB."""
 
 
@@ -48,7 +48,7 @@ class Perception(Protocol):
         """Use what was learned before."""
 
 
-class _Unlearned:
+class _NothingLearned:
     """A perception that learns nothing."""
 
     def seed(self, seed: int) -> None:
@@ -62,7 +62,7 @@ class _Unlearned:
         """Nothing to restore."""
 
 
-class ObjectPositions(_Unlearned):
+class ObjectPositions(_NothingLearned):
     """States are x and y of each object, metres (paper, condition REAL_OM)."""
 
     def state(self, observation: Mapping[str, Any]) -> StateVector:
@@ -84,7 +84,7 @@ class ObjectPositions(_Unlearned):
         return states.reshape(len(states), states.shape[1] // 2, 2)
 
 
-class BlurredImages(_Unlearned):
+class BlurredImages(_NothingLearned):
     """States are the camera images themselves, blurred, grey and small.
 
     In a sharp image most actions leave most pixels exactly as they are, so at most levels their
@@ -110,10 +110,10 @@ class BlurredImages(_Unlearned):
     def triplets(self, experience: Experience) -> Triplets:
         """The images before and after each action; raises RealBenchError if they are too many."""
         n_bytes = COPIES * len(experience) * self._width * self._height * 8
-        if n_bytes > MOST_BYTES:
+        if n_bytes > MAX_BYTES:
             raise RealBenchError(
                 f"{len(experience):,} triplets of {self._width} x {self._height} cells would take "
-                f"{n_bytes / 1e9:.1f} GB to plan with, more than {MOST_BYTES / 1e9:.1f}: "
+                f"{n_bytes / 1e9:.1f} GB to plan with, more than {MAX_BYTES / 1e9:.1f}: "
                 "set fewer cells"
             )
         if len(experience) == 0:

@@ -78,31 +78,33 @@ class Planner:
         At every level it first checks whether the state already counts as the goal. The last
         outcome of a plan is nearer to the goal (L1) than the state is.
         """
-        here, there = self._vector(state, "state"), self._vector(goal, "goal")
+        state_vector, goal_vector = self._vector(state, "state"), self._vector(goal, "goal")
         n_levels = self.abstraction.n_levels
-        to_goal = np.abs(self._outcomes - there)
+        to_goal = np.abs(self._outcomes - goal_vector)
         gaps = to_goal.sum(axis=1)
-        at_goal_from = int(self.abstraction.same_from(np.abs(here - there)[None])[0])
-        first_from = self.abstraction.same_from(np.abs(self._states - here))
-        last_from = self.abstraction.same_from(to_goal)
-        last_from[gaps >= np.abs(here - there).sum()] = n_levels
+        at_goal_level = int(
+            self.abstraction.first_same_level(np.abs(state_vector - goal_vector)[None])[0]
+        )
+        start_levels = self.abstraction.first_same_level(np.abs(self._states - state_vector))
+        goal_levels = self.abstraction.first_same_level(to_goal)
+        goal_levels[gaps >= np.abs(state_vector - goal_vector).sum()] = n_levels
         n_expanded = 0
-        has_both = self._levels_with(first_from) & self._levels_with(last_from)
-        for level in np.flatnonzero(has_both[:at_goal_from]).tolist():
+        has_both = self._levels_with(start_levels) & self._levels_with(goal_levels)
+        for level in np.flatnonzero(has_both[:at_goal_level]).tolist():
             effective = self._effective_below > level
-            firsts = np.flatnonzero(effective & (first_from <= level))
-            is_last = effective & (last_from <= level)
+            firsts = np.flatnonzero(effective & (start_levels <= level))
+            is_last = effective & (goal_levels <= level)
             path, n = self._search(level, firsts, is_last, gaps, depth)
             n_expanded += n
             if path:
                 return Plan(level, tuple(self._numbers[path].tolist()), n_expanded)
-        return Plan(at_goal_from if at_goal_from < n_levels else None, (), n_expanded)
+        return Plan(at_goal_level if at_goal_level < n_levels else None, (), n_expanded)
 
-    def _levels_with(self, same_from: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def _levels_with(self, first_same_level: NDArray[np.int64]) -> NDArray[np.bool_]:
         """The levels with an effective action whose state counts as the same there."""
         n_levels = self.abstraction.n_levels
-        some = same_from < self._effective_below
-        begin = np.bincount(same_from[some], minlength=n_levels + 1)
+        some = first_same_level < self._effective_below
+        begin = np.bincount(first_same_level[some], minlength=n_levels + 1)
         end = np.bincount(self._effective_below[some], minlength=n_levels + 1)
         return np.asarray(np.cumsum(begin - end)[:n_levels] > 0)
 
@@ -122,7 +124,7 @@ class Planner:
             firsts,
             is_last,
             gaps / longest_step,
-            lambda node: neighbours.of(self._outcomes[node]),
+            lambda node: neighbours.find(self._outcomes[node]),
             depth,
         )
 

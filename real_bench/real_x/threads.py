@@ -18,12 +18,12 @@ def fixed_threads(function: Callable[P, R]) -> Callable[P, R]:
     """Compute with THREADS threads: other numbers change the order of sums."""
 
     @functools.wraps(function)
-    def with_them(*arguments: P.args, **named: P.kwargs) -> R:
+    def wrapper(*arguments: P.args, **keywords: P.kwargs) -> R:
         before = torch.get_num_threads()
         torch.set_num_threads(THREADS)
         try:
-            return function(*arguments, **named)
+            return function(*arguments, **keywords)
         finally:
             torch.set_num_threads(before)
 
-    return with_them
+    return wrapper

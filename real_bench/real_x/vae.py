@@ -15,7 +15,7 @@ from torch.nn import functional
 from real_bench.errors import RealBenchError
 from real_bench.real_x.threads import fixed_threads
 
-LEAST_CELL = 1e-5
+MIN_CELL = 1e-5
 """Expected cell values are kept this far from 0 and 1."""
 
 Weights = dict[str, NDArray[np.float32]]
@@ -139,7 +139,7 @@ class _Network(nn.Module):
         self.mean_image.copy_(mean)
         self.scale.copy_(torch.where(scale > 0, scale, torch.ones(())))
         with torch.no_grad():
-            self.image.bias.copy_(torch.logit(mean, eps=LEAST_CELL))
+            self.image.bias.copy_(torch.logit(mean, eps=MIN_CELL))
 
     def encode(self, images: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         hidden = torch.relu(self.inward((images - self.mean_image) / self.scale))

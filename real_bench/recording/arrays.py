@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
-from real_bench.files import replacing
-from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.files import atomic_replacement
+from real_bench.recording.schema import IMAGES_PER_CHUNK
 
 if TYPE_CHECKING:
     from real_bench.recording.reader import Recording
@@ -74,7 +74,7 @@ def images_of(recording: Recording, size: Size | None, cache: Path | None) -> ND
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
         shape = (recording.n_states, *_shape(recording, size))
-        with replacing(path) as hidden:
+        with atomic_replacement(path) as hidden:
             kept = np.lib.format.open_memmap(hidden, "w+", np.uint8, shape)
             _fill(kept, _pieces(recording, size))
             kept.flush()
@@ -91,12 +91,12 @@ def _shape(recording: Recording, size: Size | None) -> tuple[int, int, int]:
 
 def _pieces(recording: Recording, size: Size | None) -> Iterator[NDArray[np.uint8]]:
     """The images in order, some at a time."""
-    for first in range(0, recording.n_states, IMAGES_A_CHUNK):
-        count = min(IMAGES_A_CHUNK, recording.n_states - first)
-        yield shrunk(recording.images(first, count), size)
+    for first in range(0, recording.n_states, IMAGES_PER_CHUNK):
+        count = min(IMAGES_PER_CHUNK, recording.n_states - first)
+        yield resize_images(recording.images(first, count), size)
 
 
-def shrunk(images: NDArray[np.uint8], size: Size | None) -> NDArray[np.uint8]:
+def resize_images(images: NDArray[np.uint8], size: Size | None) -> NDArray[np.uint8]:
     """Resize images, (count, height, width, 3) uint8; None: leave them."""
     if size is None:
         return images

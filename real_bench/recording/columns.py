@@ -44,6 +44,6 @@ def to_columns(rows: NDArray[Any], dtype: np.dtype[Any]) -> NDArray[Any]:
     return np.ascontiguousarray(rows).reshape(len(rows), -1).view(dtype).reshape(len(rows))
 
 
-def poses_of(rows: NDArray[Any], n_objects: int) -> NDArray[np.float64]:
+def read_poses(rows: NDArray[Any], n_objects: int) -> NDArray[np.float64]:
     """Poses as they were read, as an array (m, n_objects, 7)."""
     return rows.view("<f8").reshape(len(rows), n_objects, len(POSE_AXES))

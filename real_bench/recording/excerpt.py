@@ -11,9 +11,9 @@ from real_bench.errors import RecordingError
 from real_bench.recording.experience import Experience
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.reader import Recording
-from real_bench.recording.schema import IMAGES_A_CHUNK, POSES, packing
+from real_bench.recording.schema import IMAGES_PER_CHUNK, POSES, packing
 
-IMAGES_AT_ONCE = 16 * IMAGES_A_CHUNK
+IMAGES_AT_ONCE = 16 * IMAGES_PER_CHUNK
 
 
 def write_excerpt(experience: Experience, path: Path) -> None:

@@ -14,7 +14,7 @@ from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
 from real_bench.recording.reader import Recording
-from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.recording.schema import IMAGES_PER_CHUNK
 
 
 class Experience:
@@ -76,11 +76,11 @@ class Experience:
 
     def orientations_before(self) -> NDArray[np.float64]:
         """Objects' quaternions (x, y, z, w) before each action, (n, n_objects, 4); needs O."""
-        return self._seen_poses()[self._preconditions, :, 3:]
+        return self._visible_poses()[self._preconditions, :, 3:]
 
     def orientations_after(self) -> NDArray[np.float64]:
         """Objects' quaternions (x, y, z, w) after each action, (n, n_objects, 4); needs O."""
-        return self._seen_poses()[self._outcomes, :, 3:]
+        return self._visible_poses()[self._outcomes, :, 3:]
 
     def image_before(self, index: int) -> NDArray[np.uint8]:
         """The image before an action, (height, width, 3) uint8; raises RecordingError."""
@@ -111,8 +111,8 @@ class Experience:
         """
         with Recording(self.path) as recording:
             values = np.empty(0)
-            for first in range(0, self.n_states, IMAGES_A_CHUNK):
-                count = min(IMAGES_A_CHUNK, self.n_states - first)
+            for first in range(0, self.n_states, IMAGES_PER_CHUNK):
+                count = min(IMAGES_PER_CHUNK, self.n_states - first)
                 for row, image in enumerate(recording.images(first, count), first):
                     value = function(image)
                     if row == 0:  # only now is the size known
@@ -132,9 +132,9 @@ class Experience:
             return recording.commands()
 
     def _positions(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        return self._seen_poses()[rows, :, :3]
+        return self._visible_poses()[rows, :, :3]
 
-    def _seen_poses(self) -> NDArray[np.float64]:
+    def _visible_poses(self) -> NDArray[np.float64]:
         if self._poses is None:
             raise RecordingError(
                 "in image conditions an experience has no positions: use its images"

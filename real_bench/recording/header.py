@@ -18,7 +18,7 @@ from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.version import __version__
 
-RESUMED_ALIKE = (
+FIELDS_TO_RESUME = (
     "condition",
     "control_version",
     "objects",
@@ -89,21 +89,23 @@ class Header(BaseModel):
     def differences(self, other: Header) -> list[str]:
         """Why a run with another header cannot continue this one, as ``field: mine, not yours``."""
         changed = [
-            field for field in RESUMED_ALIKE if getattr(self, field) != getattr(other, field)
+            field for field in FIELDS_TO_RESUME if getattr(self, field) != getattr(other, field)
         ]
-        if not self.is_of(other.controller_source, other.controller_sha256, other.controller_class):
+        if not self.was_made_by(
+            other.controller_source, other.controller_sha256, other.controller_class
+        ):
             changed.append("controller")
         return [
             f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}" for field in changed
         ]
 
-    def is_of(self, controller_source: str, source_sha256: str, class_name: str) -> bool:
+    def was_made_by(self, controller_source: str, source_sha256: str, class_name: str) -> bool:
         """Whether the run was made by this controller: of the same place, or the same code."""
         same_code = source_sha256 != "" and self.controller_sha256 == source_sha256
         same_class = self.controller_class == class_name
         return same_class and (self.controller_source == controller_source or same_code)
 
-    def misfits(self, condition: Condition, objects: int, scene_sha256: str) -> list[str]:
+    def mismatches(self, condition: Condition, objects: int, scene_sha256: str) -> list[str]:
         """Why a test cannot use this run; empty if it can."""
         mine = Condition.parse(self.condition)
         reasons = []
@@ -113,13 +115,13 @@ class Header(BaseModel):
             reasons.append(f"it was made in another scene ({self.scene} {self.scene_sha256[:12]})")
         if condition.control != mine.control:
             reasons.append(f"its condition is {mine.name}, not {condition.name}")
-        elif misfit := mine.control_misfit(self.control_version):
-            reasons.append(f"{misfit} (play again)")
+        elif mismatch := mine.control_mismatch(self.control_version):
+            reasons.append(f"{mismatch} (play again)")
         elif condition.sees_objects and not mine.sees_objects:
             reasons.append(f"a run in {mine.name} must not reveal positions to {condition.name}")
         return reasons
 
-    def check_state_may_serve(self, condition: Condition) -> None:
+    def check_state_is_allowed(self, condition: Condition) -> None:
         """Raise RecordingError if what was learned could reveal positions to an I condition."""
         if Condition.parse(self.condition).sees_objects and not condition.sees_objects:
             raise RecordingError(
@@ -152,7 +154,7 @@ def _plain(value: Any) -> Any:
 
 
 @cache
-def _source_sha256() -> str:
+def _package_sha256() -> str:
     """The hash of our own code, which changes more often than its version."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
@@ -172,7 +174,7 @@ def package_versions() -> dict[str, str]:
     """The versions that can change what a run does."""
     versions = {
         "real-bench": __version__,
-        "real-bench source": _source_sha256()[:16],
+        "real-bench source": _package_sha256()[:16],
         "python": platform.python_version(),
     }
     for package in RECORDED_PACKAGES:

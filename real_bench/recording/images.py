@@ -7,7 +7,7 @@ import hdf5plugin  # noqa: F401  registers the compression of the images
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.recording.schema import IMAGES_PER_CHUNK
 from real_bench.recording.validation import check_pieces
 
 
@@ -20,7 +20,7 @@ class ImageReader:
 
     def __init__(self, data: h5py.Dataset) -> None:
         self._data = data
-        self._rows = IMAGES_A_CHUNK if data.chunks is None else int(data.chunks[0])
+        self._rows = IMAGES_PER_CHUNK if data.chunks is None else int(data.chunks[0])
         self._checked: set[int] = set()
         self.shape: tuple[int, int, int] = data.shape[1:]
 

@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 
 
-def open_hdf5(path: Path, mode: str, **how: Any) -> h5py.File:
+def open_hdf5(path: Path, mode: str, **options: Any) -> h5py.File:
     """The file, open; raises what h5py raises, except about locks.
 
     HDF5's own lock is not needed: what is read is never written in place, and writers hold a lock
@@ -16,8 +16,8 @@ def open_hdf5(path: Path, mode: str, **how: Any) -> h5py.File:
     file in the usual way.
     """
     try:
-        return h5py.File(path, mode, **how)
+        return h5py.File(path, mode, **options)
     except OSError as error:
         if "lock" not in str(error).replace(str(path), ""):
             raise
-        return h5py.File(path, mode, locking=False, **how)
+        return h5py.File(path, mode, locking=False, **options)

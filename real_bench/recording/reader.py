@@ -18,7 +18,7 @@ from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.recording.arrays import MOMENTS, images_of, table_of
-from real_bench.recording.columns import poses_of
+from real_bench.recording.columns import read_poses
 from real_bench.recording.header import Header
 from real_bench.recording.images import ImageReader
 from real_bench.recording.opening import open_hdf5
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 MOVED_M = 0.01
 """An object counts as moved if an action displaced it by more (paper, section Results)."""
 
-MOST_HELD_BYTES = 2**26
+MAX_CACHED_BYTES = 2**26
 """Commands of whole actions take less, those of controllers called at every step more."""
 
 
@@ -121,7 +121,7 @@ class Recording:
         """A triplet, with images if there are any; raises IndexError beyond the last."""
         row = self.transitions[range(len(self))[index]]
         before, after = int(row["precondition"]), int(row["outcome"])
-        rows = self._some_commands(int(row["first_command"]), int(row["n_commands"]))
+        rows = self._commands_of(int(row["first_command"]), int(row["n_commands"]))
         pair = (None, None) if self.n_images is None else self.image_pair(before, after)
         return Triplet(
             self._state(before, pair[0]),
@@ -213,7 +213,7 @@ class Recording:
         if not self.has_poses:
             raise RecordingError(f"{self.path} is an excerpt for a controller, without positions")
         with self._guard():
-            return poses_of(self._file[POSES][()], self.header.objects)
+            return read_poses(self._file[POSES][()], self.header.objects)
 
     @property
     def logged(self) -> NDArray[Any]:
@@ -238,11 +238,11 @@ class Recording:
 
     def controller_state(self) -> ControllerState:
         """What the controller handed over; empty if nothing."""
-        return self._kept("controller_state")
+        return self._load_state("controller_state")
 
     def controller_files(self) -> dict[str, bytes]:
         """What an isolated controller wrote into its working directory, by name."""
-        files = self._kept("controller_files")
+        files = self._load_state("controller_files")
         if not all(isinstance(content, bytes) for content in files.values()):
             raise RecordingError(f"{self.path} is damaged: a controller's file does not hold bytes")
         return files
@@ -276,28 +276,28 @@ class Recording:
         return ImageReader(self._file["images"])
 
     @cached_property
-    def _known(self) -> tuple[NDArray[Any], NDArray[np.float64] | None]:
+    def _states_and_poses(self) -> tuple[NDArray[Any], NDArray[np.float64] | None]:
         """States and poses, read once for all triplets that are read one by one."""
         return self.states, self.object_poses if self.has_poses else None
 
     @cached_property
-    def _known_commands(self) -> NDArray[Any] | None:
+    def _all_commands(self) -> NDArray[Any] | None:
         """All commands, if they fit in memory."""
-        held = self.n_commands * self._file["commands"].dtype.itemsize <= MOST_HELD_BYTES
-        return self.commands() if held else None
+        fits_in_memory = self.n_commands * self._file["commands"].dtype.itemsize <= MAX_CACHED_BYTES
+        return self.commands() if fits_in_memory else None
 
-    def _some_commands(self, first: int, count: int) -> NDArray[Any]:
-        known = self._known_commands
+    def _commands_of(self, first: int, count: int) -> NDArray[Any]:
+        known = self._all_commands
         return self.commands(first, count) if known is None else known[first : first + count]
 
     def _state(self, number: int, image: NDArray[np.uint8] | None) -> State:
-        states, poses = self._known
+        states, poses = self._states_and_poses
         joints, touch, step = states[number].copy()
         return State(
             int(step), joints, touch, None if poses is None else poses[number].copy(), image
         )
 
-    def _kept(self, name: str) -> ControllerState:
+    def _load_state(self, name: str) -> ControllerState:
         with self._guard():
             if name not in self._file:
                 return {}

@@ -129,7 +129,7 @@ class Recorder:
             with Recording(path) as recording:
                 _check_resumable(recording, header, steps)
                 recorder = cls(file, recording.header, command_size, steps)
-                recorder._take_up(recording, header)
+                recorder._continue_from(recording, header)
         except BaseException:
             file.close()
             raise
@@ -202,7 +202,7 @@ class Recorder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _take_up(self, recording: Recording, header: Header) -> None:
+    def _continue_from(self, recording: Recording, header: Header) -> None:
         """Begin where a recording ended."""
         self.n_steps = recording.n_steps
         self.n_transitions = len(recording.transitions)

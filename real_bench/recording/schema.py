@@ -44,7 +44,7 @@ import hdf5plugin
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.logbook import LONGEST_NAME
+from real_bench.logbook import MAX_NAME_LENGTH
 from real_bench.recording.columns import flat, pose_type
 from real_bench.recording.header import Header
 from real_bench.recording.state import ControllerState, state_bytes
@@ -54,8 +54,8 @@ FORMAT = "realbench-run"
 SCHEMA_VERSION = 2
 READABLE_VERSIONS = (1, 2)
 
-IMAGES_A_CHUNK = 16
-ROWS_A_CHUNK = 1024
+IMAGES_PER_CHUNK = 16
+ROWS_PER_CHUNK = 1024
 POSES = "ground_truth/object_poses"
 
 TRANSITION = np.dtype(
@@ -73,7 +73,7 @@ STATE = np.dtype(
 )
 CUT = np.dtype([("step", "<i8"), ("controller_sha256", "S64"), ("versions", "S1024")])
 LOGGED = np.dtype(
-    [("step", "<i8"), ("action", "<i8"), ("name", f"S{LONGEST_NAME}"), ("value", "<f8")]
+    [("step", "<i8"), ("action", "<i8"), ("name", f"S{MAX_NAME_LENGTH}"), ("value", "<f8")]
 )
 
 
@@ -193,7 +193,7 @@ def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -
     file.create_group("controller_files")
     if header.images:
         picture = (camera.height, camera.width, 3)
-        create_table(file, "images", np.dtype("u1"), picture, IMAGES_A_CHUNK)
+        create_table(file, "images", np.dtype("u1"), picture, IMAGES_PER_CHUNK)
 
 
 def create_table(
@@ -201,7 +201,7 @@ def create_table(
     name: str,
     dtype: np.dtype[Any],
     shape: tuple[int, ...] = (),
-    rows_a_chunk: int = ROWS_A_CHUNK,
+    rows_per_chunk: int = ROWS_PER_CHUNK,
 ) -> None:
     """An empty dataset that can grow."""
     file.create_dataset(
@@ -209,6 +209,6 @@ def create_table(
         shape=(0, *shape),
         maxshape=(None, *shape),
         dtype=dtype,
-        chunks=(rows_a_chunk, *shape),
+        chunks=(rows_per_chunk, *shape),
         **packing(name),
     )

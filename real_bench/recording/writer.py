@@ -73,7 +73,7 @@ class AppendOnlyFile:
         """
         with self._all_or_nothing():
             self._is_empty = True
-            self._put_aside()
+            self._back_up()
             self._hidden.touch()
             if self._before.exists():
                 shutil.copymode(self._before, self._hidden)
@@ -102,7 +102,7 @@ class AppendOnlyFile:
         """Remove the hidden files and let others write."""
         self._held.close()
 
-    def _put_aside(self) -> None:
+    def _back_up(self) -> None:
         """Give what was there a second name."""
         if self._visible.exists():
             try:
@@ -151,8 +151,8 @@ class AppendOnlyFile:
 
     def _catch_up(self) -> None:
         """Bring the hidden copy up to the visible file, and make sure that nobody else uses it."""
-        if self._behind is not None and (self._is_only_ours() or not self._visible.exists()):
-            if not self._is_only_ours():  # and somebody removed the other copy
+        if self._behind is not None and (self._is_exclusive() or not self._visible.exists()):
+            if not self._is_exclusive():  # and somebody removed the other copy
                 shutil.copy(self._hidden, self._spare)
                 self._spare.replace(self._hidden)
             self._write(self._behind)
@@ -160,7 +160,7 @@ class AppendOnlyFile:
             self._hidden.unlink(missing_ok=True)
             self._copy_visible()
 
-    def _is_only_ours(self) -> bool:
+    def _is_exclusive(self) -> bool:
         """Whether nobody reads or names the hidden copy, from when it was the visible file.
 
         The system grants a write lease on a file only if it is open nowhere else.

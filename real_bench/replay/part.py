@@ -24,7 +24,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Shown:
+class Frame:
     """The present moment of a replay.
 
     Attributes:
@@ -40,7 +40,7 @@ class Shown:
     as_recorded: bool
 
 
-Show = Callable[[Shown], None]
+Show = Callable[[Frame], None]
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,8 @@ class PartReplay:
                 )
             header = recording.header
             condition = Condition.parse(header.condition)
-            if misfit := condition.control_misfit(header.control_version):
-                raise RecordingError(f"{self.path} cannot be replayed: {misfit}")
+            if mismatch := condition.control_mismatch(header.control_version):
+                raise RecordingError(f"{self.path} cannot be replayed: {mismatch}")
             scene = self._scene(recording)
             with closing(Task(scene, condition, header.objects, gui=gui)) as task:
                 return _Part(self, recording, task).run(show, every, report)
@@ -112,21 +112,21 @@ class _Part:
 
     def run(self, show: Show, every: int, report: OnAction) -> bool:
         first, last = self._part.first, self._part.last
-        begun = self._begun_before(first)
+        start = self._first_action_of_world(first)
         with stop_requests() as stop:
-            for number in range(begun, last):
-                if stop.made:
-                    raise Interrupted(f"stopped after {number - begun} of {last - begun} actions")
-                report(number - begun, last - begun)
+            for number in range(start, last):
+                if stop.requested:
+                    raise Interrupted(f"stopped after {number - start} of {last - start} actions")
+                report(number - start, last - start)
                 self._begin(number)
                 if number == first:
                     self._task.watch(lambda: show(self._now()), every)
                     show(self._now())
                 self._act(number)
-            report(last - begun, last - begun)
+            report(last - start, last - start)
         return self._as_recorded
 
-    def _begun_before(self, number: int) -> int:
+    def _first_action_of_world(self, number: int) -> int:
         """The first action of the world in which this one was done."""
         while int(self._rows["precondition"][number]) not in self._fresh:
             number -= 1
@@ -159,6 +159,6 @@ class _Part:
                 self._part.path,
             )
 
-    def _now(self) -> Shown:
+    def _now(self) -> Frame:
         step = self._world_began_at + self._task.n_steps
-        return Shown(self._task, self._number, step, self._as_recorded)
+        return Frame(self._task, self._number, step, self._as_recorded)

@@ -6,11 +6,11 @@ import time
 from pathlib import Path
 
 from real_bench.goal_sets import captioned
-from real_bench.phases.film import STEPS_A_FRAME, Film
-from real_bench.replay.part import OnAction, PartReplay, Shown
+from real_bench.phases.film import STEPS_PER_FRAME, Film
+from real_bench.replay.part import Frame, OnAction, PartReplay
 from real_bench.simulation import STEP_S
 
-STEPS_A_GLANCE = 4  # 50 a second
+STEPS_PER_REFRESH = 4  # 50 a second
 
 
 def film_part(replay: PartReplay, out: Path, report: OnAction) -> bool:
@@ -25,12 +25,12 @@ def film_part(replay: PartReplay, out: Path, report: OnAction) -> bool:
     """
     film = Film(out)
 
-    def shoot(shown: Shown) -> None:
-        doubt = "" if shown.as_recorded else " (differs)"
-        label = f"{shown.task.condition.name}, action {shown.number:,}, step {shown.step:,}{doubt}"
+    def shoot(shown: Frame) -> None:
+        remark = "" if shown.as_recorded else " (differs)"
+        label = f"{shown.task.condition.name}, action {shown.number:,}, step {shown.step:,}{remark}"
         film.add(captioned([shown.task.simulation.image().retina], [label]))
 
-    as_recorded = replay.run(shoot, STEPS_A_FRAME, report)
+    as_recorded = replay.run(shoot, STEPS_PER_FRAME, report)
     film.close()
     return as_recorded
 
@@ -47,10 +47,10 @@ def show_part(replay: PartReplay, report: OnAction) -> bool:
     """
     due: list[float] = []  # when the next frame is due, once the part has begun
 
-    def wait(shown: Shown) -> None:
+    def wait(shown: Frame) -> None:
         now = time.monotonic()
         if due:
             time.sleep(max(0.0, due[0] - now))
-        due[:] = [max([now, *due]) + STEPS_A_GLANCE * STEP_S]
+        due[:] = [max([now, *due]) + STEPS_PER_REFRESH * STEP_S]
 
-    return replay.run(wait, STEPS_A_GLANCE, report, gui=True)
+    return replay.run(wait, STEPS_PER_REFRESH, report, gui=True)

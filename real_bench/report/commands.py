@@ -24,7 +24,9 @@ def play_command(header: Header, steps: int, file: str) -> str:
     images = ["--images"] if header.images and header.condition.startswith("O") else []
     return _command(
         "intrinsic",
-        *_whom(header.controller, header.condition, header.objects, header.scene, header.seed),
+        *_run_options(
+            header.controller, header.condition, header.objects, header.scene, header.seed
+        ),
         *(["--steps", str(steps)]),
         *images,
         *_settings(header.controller, header.settings),
@@ -45,7 +47,9 @@ def scoring_command(setting: Setting, run: str | None, goals: str | None, file: 
     n_trials = len(setting.goal_numbers)
     length = setting.trial_steps
     options = [
-        *_whom(setting.controller, setting.condition, setting.objects, setting.scene, setting.seed),
+        *_run_options(
+            setting.controller, setting.condition, setting.objects, setting.scene, setting.seed
+        ),
         *([] if run is None else ["--run", run, *shorter]),
         *([] if goals is None else ["--goals", goals]),
         *([] if n_trials == setting.set_size else ["--trials", str(n_trials)]),
@@ -56,7 +60,7 @@ def scoring_command(setting: Setting, run: str | None, goals: str | None, file: 
     return _command("extrinsic", *options)
 
 
-def _whom(controller: str, condition: str, objects: int, scene: str, seed: int) -> list[str]:
+def _run_options(controller: str, condition: str, objects: int, scene: str, seed: int) -> list[str]:
     named = {"controller": controller, "condition": condition, "objects": objects}
     return [
         part

@@ -13,7 +13,7 @@ from real_bench.experiments.table import columns, notes
 from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.report.page import Chart, Report, Table
-from real_bench.report.parts import Tested, read_played, read_tested
+from real_bench.report.parts import ResultEntry, read_played, read_tested
 from real_bench.report.pictures import data_uri
 from real_bench.scoring.result import load_result
 
@@ -58,12 +58,12 @@ def make_report(
                 f"the goals in {file} are secret, and a report would show them: use --released "
                 "once they may be seen"
             )
-    tests: list[Tested] = []
+    tests: list[ResultEntry] = []
     for path in files.results:
         progress(len(tests), path.name)
         tests.append(read_tested(path, plays, sets, files.videos))
     charts, remarks = _charts(files.recordings, files.results)
-    return Report(title, tables, plays, tests, charts, [*remarks, *_lacking(tests)])
+    return Report(title, tables, plays, tests, charts, [*remarks, *_missing_pictures(tests)])
 
 
 def _table(path: Path) -> Table:
@@ -113,7 +113,7 @@ def _charts(recordings: Sequence[Path], results: Sequence[Path]) -> tuple[list[C
     return charts, remarks
 
 
-def _lacking(tests: Sequence[Tested]) -> list[str]:
+def _missing_pictures(tests: Sequence[ResultEntry]) -> list[str]:
     """Which pictures are missing, and how to get them."""
     remarks = []
     for test in tests:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from real_bench.files import write_whole
-from real_bench.naming import shown_name
+from real_bench.files import write_atomically
+from real_bench.naming import display_name
 from real_bench.quoting import printable
-from real_bench.report.parts import Played, Tested
+from real_bench.report.parts import RecordingEntry, ResultEntry
 from real_bench.version import __version__
 
 
@@ -55,15 +55,15 @@ class Report:
 
     title: str
     tables: Sequence[Table] = ()
-    plays: Sequence[Played] = ()
-    tests: Sequence[Tested] = ()
+    plays: Sequence[RecordingEntry] = ()
+    tests: Sequence[ResultEntry] = ()
     charts: Sequence[Chart] = ()
     remarks: Sequence[str] = ()
 
 
 def write_report(report: Report, path: Path) -> None:
     """Write the file; it appears whole. Raises OutputError."""
-    write_whole(path, render(report).encode())
+    write_atomically(path, render(report).encode())
 
 
 def render(report: Report) -> str:
@@ -79,7 +79,7 @@ def render(report: Report) -> str:
     ).from_string((here / "page.html.jinja").read_text(encoding="utf-8"))
     return page.render(
         report=report,
-        shown_name=shown_name,
+        display_name=display_name,
         style=(here / "page.css").read_text(encoding="utf-8"),
         script=(here / "page.js").read_text(encoding="utf-8"),
         version=__version__,

@@ -9,10 +9,10 @@ from pathlib import Path
 from real_bench.errors import ResultError, SceneError
 from real_bench.files import file_sha256
 from real_bench.goal_sets import GoalSet
-from real_bench.goal_sets.picture import box_of_bodies
+from real_bench.goal_sets.picture import bounding_box_of_bodies
 from real_bench.recording import Header, Recording
 from real_bench.report.commands import play_command, scoring_command
-from real_bench.report.pictures import ends, films, picture
+from real_bench.report.pictures import films, picture, render_ends
 from real_bench.scoring.metric import METRICS
 from real_bench.scoring.result import Result, TrialResult, load_result
 from real_bench.scoring.table import score_columns
@@ -20,7 +20,7 @@ from real_bench.simulation import Image, load_scene
 
 
 @dataclass(frozen=True)
-class Played:
+class RecordingEntry:
     """A recording.
 
     Attributes:
@@ -59,7 +59,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Tested:
+class ResultEntry:
     """A result.
 
     Attributes:
@@ -78,10 +78,10 @@ class Tested:
     trials: tuple[Trial, ...]
 
 
-def read_played(path: Path) -> Played:
+def read_played(path: Path) -> RecordingEntry:
     """Read a recording; raises RecordingError."""
     with Recording(path) as recording:
-        return Played(
+        return RecordingEntry(
             file=path.name,
             sha256=file_sha256(path),
             header=recording.header,
@@ -95,10 +95,10 @@ def read_played(path: Path) -> Played:
 
 def read_tested(
     path: Path,
-    plays: Iterable[Played] = (),
+    plays: Iterable[RecordingEntry] = (),
     goal_sets: Iterable[tuple[str | None, GoalSet]] = (),
     videos: Path | None = None,
-) -> Tested:
+) -> ResultEntry:
     """Read a result.
 
     Args:
@@ -119,7 +119,7 @@ def read_tested(
     run = runs[0] if runs else f"<recording {setting.run_sha256[:12]}>"
     goals = known[0][0] if known else f"<goals {setting.goals_sha256[:12]}>"
     headings, rows = score_columns(result)
-    return Tested(
+    return ResultEntry(
         file=path.name,
         result=result,
         command=scoring_command(setting, run if setting.run_sha256 else None, goals, path.name),
@@ -131,9 +131,9 @@ def read_tested(
 
 def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> Iterable[Trial]:
     goals = [None if goal_set is None else goal_set.goals[trial.goal] for trial in result.trials]
-    last = _ends(result)
+    last = _render_ends(result)
     masks = [image.mask for image in (*goals, *last) if image is not None]
-    box = box_of_bodies(masks) if masks else (0, 0, 0, 0)
+    box = bounding_box_of_bodies(masks) if masks else (0, 0, 0, 0)
     numbers = [trial.goal for trial in result.trials]
     for trial, goal, end, film in zip(
         result.trials, goals, last, films(videos, numbers), strict=True
@@ -147,11 +147,13 @@ def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> It
         )
 
 
-def _ends(result: Result) -> list[Image] | list[None]:
+def _render_ends(result: Result) -> list[Image] | list[None]:
     """Images of the ends, if the scene is available and unchanged."""
     nothing = [None] * len(result.trials)
     try:
         scene = load_scene(result.setting.scene)
     except SceneError:
         return nothing
-    return list(ends(result, scene)) if scene.sha256 == result.setting.scene_sha256 else nothing
+    return (
+        list(render_ends(result, scene)) if scene.sha256 == result.setting.scene_sha256 else nothing
+    )

@@ -29,7 +29,7 @@ def picture(image: NDArray[np.uint8], box: Box) -> str:
     return data_uri(stream.getvalue(), "image/webp")
 
 
-def ends(result: Result, scene: Scene) -> Iterator[Image]:
+def render_ends(result: Result, scene: Scene) -> Iterator[Image]:
     """How each trial ended: the objects where they came to rest, the arm back home."""
     simulation = Simulation(scene, result.setting.objects)
     try:

@@ -38,7 +38,7 @@ class SandboxBackend:
     def identity(self, spec: str, settings: Mapping[str, Any] | None) -> Identity:
         """What the controller is; raises ControllerError."""
         source = ControllerSource.of(spec)
-        client = self._begun(source)
+        client = self._start_client(source)
         try:
             return _identity(client, source, settings)
         finally:
@@ -53,7 +53,7 @@ class SandboxBackend:
     ) -> SandboxProxy:
         """The controller, made; raises ControllerError."""
         source = ControllerSource.of(spec)
-        client = self._begun(source)
+        client = self._start_client(source)
         try:
             put_files(client, files)
             identity = _identity(client, source, settings)
@@ -66,7 +66,7 @@ class SandboxBackend:
             raise
         return SandboxProxy(spec, identity, task.control, client)
 
-    def _begun(self, source: ControllerSource) -> RpcClient:
+    def _start_client(self, source: ControllerSource) -> RpcClient:
         packages = None if source.submission is None else packages_of(source.submission)
         visible = visible_files(source, self.secrets, packages)
         visible.check_hides(self.secrets)

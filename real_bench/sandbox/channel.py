@@ -12,11 +12,11 @@ from real_bench.sandbox.messages import HEAD, MessageError, Size, decode, encode
 _PIECE, _SPARE = 1 << 20, 1 << 12
 
 
-class Closed(Exception):  # noqa: N818  a fact: the other end may close at any time
+class ChannelClosed(Exception):  # noqa: N818  a fact: the other end may close at any time
     """The other process is gone."""
 
 
-class Late(Exception):  # noqa: N818  a fact, reported with what took so long
+class DeadlineExceeded(Exception):  # noqa: N818  a fact, reported with what took so long
     """The other process did not answer, or did not listen, in time."""
 
 
@@ -51,27 +51,27 @@ class Channel:
 
     Args:
         end: of the pair.
-        vigil: busy-waiting, to receive with less delay.
+        spin_wait: busy-waiting, to receive with less delay.
     """
 
-    def __init__(self, end: socket.socket, vigil: SpinWait | None = None) -> None:
+    def __init__(self, end: socket.socket, spin_wait: SpinWait | None = None) -> None:
         self._socket = end
-        self._vigil = vigil
+        self._spin_wait = spin_wait
         self._received = bytearray()
 
     def send(self, value: Any, deadline: float | None = None) -> None:
-        """Send a message; raises MessageError, Closed, or Late after ``deadline`` (monotonic)."""
+        """Send a message; raises MessageError, ChannelClosed, or DeadlineExceeded."""
         message = encode(value)
         self._wait_until(deadline)
         try:
             self._socket.sendall(message)
         except TimeoutError as error:
-            raise Late from error
+            raise DeadlineExceeded from error
         except OSError as error:
-            raise Closed from error
+            raise ChannelClosed from error
 
     def receive(self, largest: Size, deadline: float | None = None) -> Any:
-        """The next message; raises MessageError, Closed or Late."""
+        """The next message; raises MessageError, ChannelClosed, DeadlineExceeded."""
         self._fill(HEAD.size, deadline)
         n_structure, n_numbers = HEAD.unpack_from(self._received)
         if n_structure > largest.structure or n_numbers > largest.numbers:
@@ -96,15 +96,15 @@ class Channel:
             try:
                 piece = self._piece(min(n_bytes - len(self._received) + _SPARE, _PIECE), deadline)
             except TimeoutError as error:
-                raise Late from error
+                raise DeadlineExceeded from error
             except OSError as error:
-                raise Closed from error
+                raise ChannelClosed from error
             if not piece:
-                raise Closed
+                raise ChannelClosed
             self._received += piece
 
     def _piece(self, n_bytes: int, deadline: float | None) -> bytes:
-        if self._vigil and (piece := self._vigil.take(self._socket, n_bytes)) is not None:
+        if self._spin_wait and (piece := self._spin_wait.take(self._socket, n_bytes)) is not None:
             return piece
         self._wait_until(deadline)
         return self._socket.recv(n_bytes)
@@ -116,5 +116,5 @@ class Channel:
             return
         left = deadline - time.monotonic()
         if left <= 0:
-            raise Late
+            raise DeadlineExceeded
         self._socket.settimeout(left)

@@ -25,7 +25,7 @@ from real_bench.observation import Observation
 from real_bench.phases.local import LocalProxy, identify
 from real_bench.recording import Experience
 from real_bench.recording.state import restore_state, strip_state
-from real_bench.sandbox.channel import Channel, Closed, SpinWait
+from real_bench.sandbox.channel import Channel, ChannelClosed, SpinWait
 from real_bench.sandbox.faults import fault_kind
 from real_bench.sandbox.messages import Size
 from real_bench.sandbox.observation_packing import Unpacker
@@ -38,7 +38,7 @@ ANYTHING = Size(structure=1 << 28, numbers=1 << 36)  # the parent is trusted
 
 
 @dataclass(frozen=True)
-class _Terms:
+class _Context:
     action_space: spaces.Dict
     observation_space: spaces.Dict
     control: Control
@@ -62,7 +62,7 @@ class RpcServer:
                 self._channel.send(answer)
             except RealBenchError as error:
                 self._fail(str(error), error)
-            except Closed:
+            except ChannelClosed:
                 raise
             except Exception as error:  # hostile objects may raise anything, anywhere
                 self._fail(f"controller {self._spec}: {question} failed at {blame(error)}", error)
@@ -105,13 +105,13 @@ class RpcServer:
         """Make the controller."""
         parsed = Condition.parse(condition)
         scene = Scene(Manifest.model_validate(manifest), Path(), "")
-        terms = _Terms(
+        context = _Context(
             action_space(scene, parsed),
             observation_space(scene, parsed, n_objects),
             parsed.control_type(),
         )
-        self._unpacker = Unpacker(terms.observation_space)
-        self._proxies[0] = LocalProxy(self._source, self._kind, self._settings, terms)
+        self._unpacker = Unpacker(context.observation_space)
+        self._proxies[0] = LocalProxy(self._source, self._kind, self._settings, context)
 
     def do_copy(self, number: int) -> int:
         """Make a copy; returns its number."""
@@ -129,7 +129,7 @@ class RpcServer:
 
     def do_call(self, number: int, hook: str, arguments: list[Any]) -> None:
         """Call a hook."""
-        self._proxies[number].call(hook, *map(self._understood, arguments))
+        self._proxies[number].call(hook, *map(self._decode_argument, arguments))
 
     def do_next_action(self, number: int, keys: list[str]) -> list[Any]:
         """The next action; observations are fetched as the controller reads them."""
@@ -141,15 +141,20 @@ class RpcServer:
 
     def do_step(self, number: int, message: dict[str, Any]) -> list[Any]:
         """The next step's command, and whether images are wanted."""
-        return list(self._proxies[number].step(self._unpacker.unpacked(message)))
+        return list(self._proxies[number].step(self._unpacker.unpack(message)))
 
     def do_explain(self, number: int) -> list[Any] | None:
         """Why it chose its last action."""
-        said = self._proxies[number].explain()
-        if said is None:
+        explanation = self._proxies[number].explain()
+        if explanation is None:
             return None
-        facts = list(strip_state(dict(said.facts)))
-        return [str(said.title), facts, [_parts(one) for one in said.actions], said.positions]
+        facts = list(strip_state(dict(explanation.facts)))
+        return [
+            str(explanation.title),
+            facts,
+            [_parts(one) for one in explanation.actions],
+            explanation.positions,
+        ]
 
     def do_take_logged(self, number: int) -> list[list[Any]]:
         """The numbers that it logged since the last call."""
@@ -168,12 +173,12 @@ class RpcServer:
         self._channel.send(["sense", key])
         return self._channel.receive(ANYTHING)
 
-    def _understood(self, argument: Any) -> Any:
+    def _decode_argument(self, argument: Any) -> Any:
         match argument:
             case {"path": path, "condition": condition, "n_steps": n_steps}:
                 return Experience(Path(path), Condition.parse(condition), n_steps)
             case {"observed": message}:
-                return self._unpacker.unpacked(message)
+                return self._unpacker.unpack(message)
             case _:
                 return argument
 
@@ -186,6 +191,6 @@ def serve(descriptor: int) -> None:
     """Serve on an inherited socket until the parent is done."""
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     channel = Channel(socket.socket(fileno=descriptor), SpinWait())
-    servant: Callable[[], None] = RpcServer(channel).serve
-    with suppress(Closed):
-        servant()
+    serve_requests: Callable[[], None] = RpcServer(channel).serve
+    with suppress(ChannelClosed):
+        serve_requests()

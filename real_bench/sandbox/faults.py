@@ -21,16 +21,16 @@ KINDS: dict[str, type[ControllerError]] = {
 """The errors that a child may report; others are found by the parent itself."""
 
 NO_MEMORY = ("MemoryError", "bad_alloc", "can't allocate memory", "Cannot allocate memory")
-LONGEST_CHAIN = 20
+MAX_CHAIN_LENGTH = 20
 
 
 def fault_kind(error: BaseException) -> str:
     """The kind of an error, by its name in :data:`KINDS`."""
     link: BaseException | None = error
-    for _ in range(LONGEST_CHAIN):
+    for _ in range(MAX_CHAIN_LENGTH):
         if link is None:
             break
-        if isinstance(link, MemoryError) or of_memory(f"{type(link).__name__}: {link}"):
+        if isinstance(link, MemoryError) or is_out_of_memory(f"{type(link).__name__}: {link}"):
             return "memory"
         link = link.__cause__
     for name, kind in KINDS.items():
@@ -44,6 +44,6 @@ def fault_of_kind(kind: str, message: str) -> ControllerError:
     return KINDS.get(kind, ControllerFailedError)(message)
 
 
-def of_memory(text: str) -> bool:
+def is_out_of_memory(text: str) -> bool:
     """Whether a text says that memory ran out."""
     return any(sign in text for sign in NO_MEMORY)

@@ -81,7 +81,7 @@ def decode(structure: bytes, numbers: bytes | bytearray) -> Any:
         nonlocal place
         if code != _ARRAY:
             raise MessageError(f"extension {code} is unknown")
-        kind, shape, count = _described(content)
+        kind, shape, count = _parse_description(content)
         if count * kind.itemsize > len(numbers) - place:
             raise MessageError(f"an array of shape {shape} is larger than what was sent")
         raw = np.frombuffer(numbers, np.uint8 if kind == np.bool_ else kind, count, place)
@@ -128,7 +128,7 @@ def _description(kind: np.dtype[Any], shape: tuple[int, ...]) -> msgpack.ExtType
 
 
 @lru_cache(1024)
-def _described(content: bytes) -> tuple[np.dtype[Any], tuple[int, ...], int]:
+def _parse_description(content: bytes) -> tuple[np.dtype[Any], tuple[int, ...], int]:
     """Kind, shape, and how many numbers that is."""
     if len(content) < _SIZES.size:
         raise MessageError("an array is not described")

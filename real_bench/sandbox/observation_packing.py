@@ -17,9 +17,9 @@ from gymnasium import spaces
 from real_bench.observation import CAMERA_KEYS, GOAL_KEYS, Observation
 
 
-def packed(observation: Observation, world_told: int) -> dict[str, Any]:
-    """An observation without what the child has; ``world_told`` is the last world it knows."""
-    known = GOAL_KEYS if observation.world == world_told else frozenset()
+def pack_observation(observation: Observation, known_world: int) -> dict[str, Any]:
+    """An observation without what the child has; ``known_world`` is the last world it knows."""
+    known = GOAL_KEYS if observation.world == known_world else frozenset()
     left_out = observation.dark | known
     return {key: None if key in left_out else observation[key] for key in observation}
 
@@ -30,32 +30,32 @@ class Unpacker:
     def __init__(self, observation_space: spaces.Dict) -> None:
         # how to make what is not sent: zeros for images, the last values for the goal
         self._has_goal = False
-        self._untold: dict[str, Callable[[], Any]] = {
+        self._defaults: dict[str, Callable[[], Any]] = {
             key: partial(np.zeros, space.shape, space.dtype)
             for key, space in observation_space.items()
             if key in CAMERA_KEYS
         }
 
-    def unpacked(self, message: Mapping[str, Any]) -> Observation:
+    def unpack(self, message: Mapping[str, Any]) -> Observation:
         """The whole observation."""
         for key in GOAL_KEYS & message.keys():
             if message[key] is not None:
-                self._untold[key] = _copies(message[key])
+                self._defaults[key] = _copier(message[key])
         if message["goal"] is not None:
             self._has_goal = bool(message["goal"].any())
         dark = frozenset(key for key in CAMERA_KEYS & message.keys() if message[key] is None)
         senses = {
-            key: self._untold[key] if value is None else partial(_itself, value)
+            key: self._defaults[key] if value is None else partial(_identity, value)
             for key, value in message.items()
         }
         return Observation(senses, dark, has_goal=self._has_goal)
 
 
-def _itself(value: Any) -> Any:
+def _identity(value: Any) -> Any:
     return value
 
 
-def _copies(value: Any) -> Callable[[], Any]:
+def _copier(value: Any) -> Callable[[], Any]:
     """A function that copies a value; zeros that nobody reads cost nothing."""
     if isinstance(value, np.ndarray) and not value.any():
         return partial(np.zeros, value.shape, value.dtype)

@@ -19,10 +19,10 @@ from real_bench.errors import (
     OutOfMemoryError,
     RealBenchError,
 )
-from real_bench.locks import own_folder
+from real_bench.locks import temporary_folder
 from real_bench.quoting import printable
 from real_bench.sandbox.channel import Channel
-from real_bench.sandbox.faults import of_memory
+from real_bench.sandbox.faults import is_out_of_memory
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.support import SandboxSupport, Site, bubblewrap_options, python_command
 from real_bench.sandbox.visible_files import VisibleFiles
@@ -36,7 +36,7 @@ KEPT_VARIABLES = (
     "OPENBLAS_NUM_THREADS",
     "MKL_NUM_THREADS",
 )
-PATIENCE_S = 5.0
+TIMEOUT_S = 5.0
 
 
 class Process:
@@ -44,17 +44,17 @@ class Process:
 
     def __init__(self, support: SandboxSupport, visible: VisibleFiles, limits: Limits) -> None:
         self._support = support
-        with ExitStack() as held:
-            folder = held.enter_context(own_folder("realbench-proxy-"))
+        with ExitStack() as resources:
+            folder = resources.enter_context(temporary_folder("realbench-proxy-"))
             ours, theirs = socket.socketpair()
             with ours, theirs:
                 site = Site(folder, theirs.fileno())
                 self.inbox = site.inbox
                 site.inbox.mkdir()
                 site.tmp.mkdir()
-                self._child = _started(support, visible, limits, site)
+                self._child = _start(support, visible, limits, site)
                 self.channel = Channel(ours.dup())
-            self._held = held.pop_all()
+            self._resources = resources.pop_all()
         self._output = _Output(self._child.stdout)
 
     def close(self) -> None:
@@ -64,21 +64,25 @@ class Process:
         self._child.wait()
         self._output.join()
         self.channel.close()
-        self._held.close()
+        self._resources.close()
 
     def exit_reason(self) -> tuple[type[ControllerError], str]:
         """Why it ended, once its end of the channel is closed: kind of error, and a sentence."""
         try:
-            code = self._child.wait(PATIENCE_S)
+            code = self._child.wait(TIMEOUT_S)
         except subprocess.TimeoutExpired:
             return BrokenRuleError, "its process closed the channel to the benchmark"
         self._output.join()
-        said = self._output.last_line
+        last_output = self._output.last_line
         if self._support.bubblewrap and code > 128:  # it reports signals as shells do
             code = 128 - code
         how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
-        reason = f"its process ended {how}" + (f" (its last output: {said})" if said else "")
-        return (OutOfMemoryError if of_memory(said) else ControllerFailedError), reason
+        reason = f"its process ended {how}" + (
+            f" (its last output: {last_output})" if last_output else ""
+        )
+        return (
+            OutOfMemoryError if is_out_of_memory(last_output) else ControllerFailedError
+        ), reason
 
 
 class _Output:
@@ -100,7 +104,7 @@ class _Output:
 
     def join(self) -> None:
         """Wait until everything printed is passed on."""
-        self._thread.join(PATIENCE_S)
+        self._thread.join(TIMEOUT_S)
 
     def _pass_on(self) -> None:
         if self._stream is None:
@@ -122,7 +126,7 @@ def _show(text: str) -> None:
         sys.stderr.flush()
 
 
-def _started(
+def _start(
     support: SandboxSupport, visible: VisibleFiles, limits: Limits, site: Site
 ) -> subprocess.Popen[bytes]:
     command = python_command(support, visible, limits, site)

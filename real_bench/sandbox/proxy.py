@@ -12,13 +12,13 @@ from real_bench.actions import Action, Command, check_action, check_command
 from real_bench.controls import Control
 from real_bench.errors import ActionError, BrokenRuleError
 from real_bench.explanation import Explanation
-from real_bench.logbook import MOST_ENTRIES, Entry, checked_entry
+from real_bench.logbook import MAX_ENTRIES, Entry, checked_entry
 from real_bench.observation import Observation
 from real_bench.phases.proxy import Identity, fault
 from real_bench.recording import ControllerState, Experience
 from real_bench.recording.excerpt import write_excerpt
 from real_bench.recording.state import restore_state, strip_state
-from real_bench.sandbox.observation_packing import packed
+from real_bench.sandbox.observation_packing import pack_observation
 from real_bench.sandbox.rpc_client import EXPLANATION, LOGGED, STATE, RpcClient
 from real_bench.sandbox.working_directory import is_plain_path
 
@@ -54,7 +54,7 @@ class SandboxProxy:
 
     def call(self, hook: str, *arguments: Any) -> None:
         """Call a hook: with an experience, or an observation, reward and done, or nothing."""
-        self._ask("call", hook, [self._told(argument) for argument in arguments])
+        self._ask("call", hook, [self._encode_argument(argument) for argument in arguments])
 
     def next_action(self, observation: Observation) -> Action:
         """The next whole action, one that can be executed; observations are sent on demand."""
@@ -66,8 +66,8 @@ class SandboxProxy:
 
     def step(self, observation: Observation) -> tuple[Command, bool]:
         """The next step's command, and whether images are wanted."""
-        message = packed(observation, self.client.world_told)
-        self.client.world_told = observation.world
+        message = pack_observation(observation, self.client.known_world)
+        self.client.known_world = observation.world
         match self._ask("step", message):
             case [np.ndarray() as command, bool(render)]:
                 pass
@@ -97,10 +97,10 @@ class SandboxProxy:
 
     def take_logged(self) -> list[Entry]:
         """The numbers that it logged since the last call."""
-        noted = self._ask("take_logged", size=LOGGED)
-        if not (isinstance(noted, list) and len(noted) <= MOST_ENTRIES):
+        answer = self._ask("take_logged", size=LOGGED)
+        if not (isinstance(answer, list) and len(answer) <= MAX_ENTRIES):
             raise fault(self, "its process did not say what was logged")
-        return [self._entry(one) for one in noted]
+        return [self._entry(one) for one in answer]
 
     def get_state(self) -> ControllerState:
         """What it hands over."""
@@ -144,7 +144,7 @@ class SandboxProxy:
     def _ask(self, question: str, *arguments: Any, **options: Any) -> Any:
         return self.client.ask(question, self._number, *arguments, **options)
 
-    def _told(self, argument: Any) -> Any:
+    def _encode_argument(self, argument: Any) -> Any:
         if isinstance(argument, Experience):
             path = self.client.new_file()
             write_excerpt(argument, path)
@@ -153,10 +153,14 @@ class SandboxProxy:
                 "condition": argument.condition.name,
                 "n_steps": argument.n_steps,
             }
-        return {"observed": packed(argument, -1)} if type(argument) is Observation else argument
+        return (
+            {"observed": pack_observation(argument, -1)}
+            if type(argument) is Observation
+            else argument
+        )
 
-    def _entry(self, noted: object) -> Entry:
-        match noted:
+    def _entry(self, entry_data: object) -> Entry:
+        match entry_data:
             case [str(name), float(value)]:
                 pass
             case _:

@@ -14,7 +14,7 @@ from real_bench.errors import (
     OutOfTimeError,
 )
 from real_bench.quoting import printable
-from real_bench.sandbox.channel import Closed, Late
+from real_bench.sandbox.channel import ChannelClosed, DeadlineExceeded
 from real_bench.sandbox.faults import fault_of_kind
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.messages import MessageError, Size, check_plain
@@ -26,11 +26,11 @@ ANSWER = Size(structure=1 << 16, numbers=1 << 24)
 EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)
 LOGGED = Size(structure=1 << 20, numbers=0)
 STATE = Size(structure=1 << 24, numbers=1 << 31)
-MAX_FAULT_LETTERS = 2000
-MAX_TRACEBACK_LETTERS = 5_000
+MAX_FAULT_CHARACTERS = 2000
+MAX_TRACEBACK_CHARACTERS = 5_000
 
 
-class _InChild(Exception):  # noqa: N818  what another process says of an error there
+class _ChildTraceback(Exception):  # noqa: N818  what another process says of an error there
     """The traceback in the child, as text."""
 
     def __str__(self) -> str:
@@ -47,7 +47,7 @@ class RpcClient:
         visible: what it sees of the file system.
 
     Attributes:
-        world_told: the number of the last world that it knows.
+        known_world: the number of the last world that it knows.
         limits: what it may use.
     """
 
@@ -55,10 +55,10 @@ class RpcClient:
         self, spec: str, visible: VisibleFiles, limits: Limits, support: SandboxSupport
     ) -> None:
         self.spec = spec
-        self.world_told = -1
+        self.known_world = -1
         self.limits, self._time_left = limits, limits.total_s
         self._process = Process(support, visible, limits)
-        self._end: ControllerError | None = None
+        self._error: ControllerError | None = None
         self._n_files = 0
 
     def ask(
@@ -76,23 +76,23 @@ class RpcClient:
             size: the largest answer.
             observation: what the child may ask back for.
         """
-        if self._end is not None:
-            raise self._end
+        if self._error is not None:
+            raise self._error
         began = time.monotonic()
         allowed = min(self.limits.call_s, self._time_left)
         try:
             return self._answer(question, arguments, size, observation or {}, began + allowed)
-        except Late:
-            why = f"{_what(question, arguments)} {self._too_late(allowed)}"
-            raise self._ended(OutOfTimeError, why) from None
+        except DeadlineExceeded:
+            why = f"{_describe_request(question, arguments)} {self._timeout_message(allowed)}"
+            raise self._fail(OutOfTimeError, why) from None
         except MessageError as error:
             why = f"a message from its process was refused: {error}"
-            raise self._ended(BrokenRuleError, why) from error
-        except Closed:
+            raise self._fail(BrokenRuleError, why) from error
+        except ChannelClosed:
             kind, how = self._process.exit_reason()
-            raise self._ended(kind, f"{how} in {_what(question, arguments)}") from None
+            raise self._fail(kind, f"{how} in {_describe_request(question, arguments)}") from None
         except ControllerError as error:
-            self._end = error  # the reason for all later failures
+            self._error = error  # the reason for all later failures
             self.close()
             raise
         except BaseException:
@@ -114,13 +114,13 @@ class RpcClient:
 
     def close(self) -> None:
         """End the child."""
-        self._end = self._end or self.fault("its process was ended")
+        self._error = self._error or self.fault("its process was ended")
         self._process.close()
 
     @property
     def is_over(self) -> bool:
         """Whether no more can be asked."""
-        return self._end is not None
+        return self._error is not None
 
     def _answer(
         self,
@@ -140,23 +140,25 @@ class RpcClient:
                 case ["sense", str(key)] if key in observation:
                     channel.send(observation[key], deadline)
                 case ["fault", str(kind), str(text), str(trace)]:
-                    fault = " ".join(printable(text[:MAX_FAULT_LETTERS]).split())
-                    raise fault_of_kind(kind, fault) from _InChild(trace[-MAX_TRACEBACK_LETTERS:])
+                    fault = " ".join(printable(text[:MAX_FAULT_CHARACTERS]).split())
+                    raise fault_of_kind(kind, fault) from _ChildTraceback(
+                        trace[-MAX_TRACEBACK_CHARACTERS:]
+                    )
                 case _:
                     raise MessageError("it answered a question that was not asked")
 
-    def _ended(self, kind: type[ControllerError], what: str) -> ControllerError:
-        self._end = self.fault(what, kind)
+    def _fail(self, kind: type[ControllerError], what: str) -> ControllerError:
+        self._error = self.fault(what, kind)
         self.close()
-        return self._end
+        return self._error
 
-    def _too_late(self, allowed: float) -> str:
+    def _timeout_message(self, allowed: float) -> str:
         if allowed < self.limits.call_s:
             return f"did not end within the {self.limits.total_s:g} s of --total-limit"
         return f"did not end within the {self.limits.call_s:g} s of --call-limit"
 
 
-def _what(question: str, arguments: tuple[Any, ...]) -> str:
+def _describe_request(question: str, arguments: tuple[Any, ...]) -> str:
     """What the controller was doing, in its author's terms."""
     if question == "call":
         return f"{arguments[1]}()"

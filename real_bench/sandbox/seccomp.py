@@ -49,7 +49,7 @@ _AARCH64 = {
 }  # fmt: skip
 _MACHINES = {"x86_64": (0xC000003E, _X86_64), "aarch64": (0xC00000B7, _AARCH64)}
 
-_ONLY_ITSELF = ("kill", "tgkill", "prlimit64")  # allowed where the first argument is its own
+_OWN_PID_ONLY = ("kill", "tgkill", "prlimit64")  # allowed where the first argument is its own
 
 
 def available() -> bool:
@@ -61,7 +61,7 @@ def available() -> bool:
 
 def restrict() -> None:
     """Filter the system calls of this thread and of everything it starts; raises OSError."""
-    program = _program(os.getpid())
+    program = _filter_program(os.getpid())
     code = ctypes.create_string_buffer(b"".join(struct.pack("<HBBI", *line) for line in program))
     size_and_place = struct.pack("@HP", len(program), ctypes.addressof(code))
     libc = ctypes.CDLL(None, use_errno=True)
@@ -73,7 +73,7 @@ def restrict() -> None:
         raise OSError(ctypes.get_errno(), "the system call filter was refused")
 
 
-def _program(own_pid: int) -> list[tuple[int, int, int, int]]:
+def _filter_program(own_pid: int) -> list[tuple[int, int, int, int]]:
     architecture, numbers = _MACHINES[platform.machine()]
     refuse = (_RETURN, 0, 0, _REFUSE | errno.EPERM)
     program = [
@@ -92,7 +92,7 @@ def _program(own_pid: int) -> list[tuple[int, int, int, int]]:
             rest = [(_RETURN, 0, 0, _REFUSE | errno.ENOSYS)]
         elif name == "clone":
             rest = [(_LOAD, 0, 0, _FIRST_ARGUMENT), (_ANY_BIT, 0, 1, _CLONE_THREAD), allow, refuse]
-        elif name in _ONLY_ITSELF:
+        elif name in _OWN_PID_ONLY:
             rest = [(_LOAD, 0, 0, _FIRST_ARGUMENT)]
             for pid in (0, own_pid) if name == "prlimit64" else (own_pid,):
                 rest += [(_EQUAL, 0, 1, pid), allow]

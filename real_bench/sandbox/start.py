@@ -25,23 +25,23 @@ def main() -> None:
     _die_with_parent(orders["parent"])
     _limit(orders["memory_bytes"], orders["file_bytes"])
     if orders["reach"] is not None:
-        _part("landlock")["restrict"](**orders["reach"])
+        _load_part("landlock")["restrict"](**orders["reach"])
     if orders["seccomp"]:
-        _part("seccomp")["restrict"]()
+        _load_part("seccomp")["restrict"]()
     del sys.argv[1:]
     sys.path += orders["import_from"]
-    _work_in(orders["workplace"])
+    _enter_workplace(orders["workplace"])
 
     from real_bench.sandbox.child import serve
 
     serve(orders["channel"])
 
 
-def _part(name: str) -> dict[str, Any]:
+def _load_part(name: str) -> dict[str, Any]:
     return runpy.run_path(str(Path(__file__).with_name(f"{name}.py")))
 
 
-def _work_in(workplace: "dict[str, Any]") -> None:
+def _enter_workplace(workplace: "dict[str, Any]") -> None:
     from real_bench.sandbox import working_directory
 
     paths = {name: [Path(path) for path in workplace[name]] for name in ("own", "hidden")}

@@ -18,7 +18,7 @@ from real_bench.sandbox.visible_files import SYSTEM, VisibleFiles
 
 START = Path(__file__).with_name("start.py")
 DEVICES = ("/dev/null", "/dev/zero", "/dev/random", "/dev/urandom")
-PATIENCE_S = 20.0
+TIMEOUT_S = 20.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _works(program: str) -> bool:
             [*command, "--proc", "/proc", "--dev", "/dev", "--", "/usr/bin/env", "true"],
             stdin=subprocess.DEVNULL,
             capture_output=True,
-            timeout=PATIENCE_S,
+            timeout=TIMEOUT_S,
             check=False,
         )
     except (OSError, subprocess.TimeoutExpired):
@@ -143,7 +143,7 @@ def python_command(
     bare_reach = None
     if support.landlock and not support.bubblewrap:
         bare_reach = {
-            "read": [str(path) for path in (*_seen(visible), site.inbox)],
+            "read": [str(path) for path in (*_visible_paths(visible), site.inbox)],
             "write": [*(path for path in DEVICES if Path(path).exists()), str(site.tmp)],
             "names": [str(path.parent) for path in visible.own],  # Python lists them to import
         }
@@ -177,29 +177,29 @@ def bubblewrap_options(visible: VisibleFiles, site: Site) -> list[str]:
         *("--size", str(TEMPORARY_BYTES), "--tmpfs", "/tmp"),
         *_flat(("--symlink", str(Path(path).readlink()), path) for path in links),
         *_flat(("--ro-bind", str(path), str(path)) for path in folders),
-        *_flat(_mask(path) for path in _masked(visible)),
+        *_flat(_mask(path) for path in _masked_paths(visible)),
         *("--ro-bind", str(site.inbox), str(site.inbox)),
         *("--remount-ro", "/", "--chdir", "/tmp"),
     ]
 
 
-def _seen(visible: VisibleFiles) -> Iterator[Path]:
+def _visible_paths(visible: VisibleFiles) -> Iterator[Path]:
     """What is visible, without the folders hidden in it."""
     for path in (*visible.shared, *visible.own):
-        yield from _without(path, [hidden for hidden in visible.hidden if path != hidden])
+        yield from _excluding(path, [hidden for hidden in visible.hidden if path != hidden])
 
 
-def _without(path: Path, hidden: list[Path]) -> Iterator[Path]:
+def _excluding(path: Path, hidden: list[Path]) -> Iterator[Path]:
     if path in hidden:
         return
     if any(one.is_relative_to(path) for one in hidden):
         for part in path.iterdir():
-            yield from _without(part, hidden)
+            yield from _excluding(part, hidden)
     else:
         yield path
 
 
-def _masked(visible: VisibleFiles) -> list[Path]:
+def _masked_paths(visible: VisibleFiles) -> list[Path]:
     roots = (*visible.shared, *visible.own)
     return [path for path in visible.hidden if any(path.is_relative_to(root) for root in roots)]
 

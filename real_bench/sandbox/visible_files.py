@@ -9,9 +9,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.benchmark_files import is_ours
+from real_bench.benchmark_files import is_benchmark_file
 from real_bench.errors import ControllerError
-from real_bench.source import OURS, ControllerSource, is_left_out, module_place
+from real_bench.source import OURS, ControllerSource, is_ignored, module_location
 
 SYSTEM = (
     "/usr",
@@ -57,7 +57,7 @@ class VisibleFiles:
                     "the controller's package, Python and the system's folders"
                 )
 
-    def withheld(self) -> list[str]:
+    def hidden_names(self) -> list[str]:
         """What is hidden in the controller's own folder, by name."""
         if self.folder is None:
             return []
@@ -88,12 +88,12 @@ def visible_files(
     required = () if packages is None else (packages,)
     shared, hidden = (*_shared(), *required), tuple(_hidden())
     if source.file is None:
-        elsewhere = () if _within(source.place, shared) else (source.place.parent,)
-        return VisibleFiles((source.place,), shared, hidden, (*_user_site(), *elsewhere))
-    secret = [path for path in source.files() if is_ours(path)]
+        other_roots = () if _within(source.place, shared) else (source.place.parent,)
+        return VisibleFiles((source.place,), shared, hidden, (*_user_site(), *other_roots))
+    secret = [path for path in source.files() if is_benchmark_file(path)]
     kept = [path.resolve() for path in secrets if path.exists()]
     secret += [path for path in kept if path != source.file and _within(path, [source.place])]
-    entries = (path for path in sorted(source.place.iterdir()) if not is_left_out(path))
+    entries = (path for path in sorted(source.place.iterdir()) if not is_ignored(path))
     own = tuple(path for path in entries if path not in secret)
     import_from = (*_user_site(), *required)
     return VisibleFiles(own, shared, (*hidden, *secret), import_from, source.place)
@@ -117,14 +117,14 @@ def _shared() -> Iterator[Path]:
         *site.getsitepackages(),
         *map(str, _user_site()),
         str(Path(__file__).parents[1]),
-        *(str(place) for place in [module_place(OURS)] if place),
+        *(str(place) for place in [module_location(OURS)] if place),
     ]
     found = {Path(folder) for folder in folders} | {Path(folder).resolve() for folder in folders}
     yield from sorted(path for path in found if path.exists())
 
 
 def _hidden() -> Iterator[Path]:
-    place = module_place("real_bench.goals")
+    place = module_location("real_bench.goals")
     if place is not None:
         yield place
 

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-from real_bench.source import is_left_out
+from real_bench.source import is_ignored
 
 BEGINNING = ".realbench-beginning"
 """The file that says what was there at the start: names and hashes."""
@@ -62,7 +62,7 @@ def is_plain_path(name: str) -> bool:
 
 
 def _copy(path: Path, to: Path, left_out: set[Path]) -> None:
-    if path in left_out or is_left_out(path):
+    if path in left_out or is_ignored(path):
         return
     if path.is_dir():
         to.mkdir(exist_ok=True)

@@ -8,7 +8,7 @@ ABSENT = "-"
 """Printed where there is no number."""
 
 
-def filled(
+def drop_empty_columns(
     headings: Sequence[str], rows: Sequence[Sequence[str]], always: Collection[str] = ()
 ) -> tuple[list[str], list[list[str]]]:
     """Headings and rows without the columns that are empty in every row.

@@ -16,10 +16,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from real_bench.actions import Action
 from real_bench.errors import ActionError, ResultError
 
-LONGEST_TRIAL = 100_000
+MAX_TRIAL_STEPS = 100_000
 """Steps; ten times the benchmark's. Commands of a longer trial are neither kept nor read."""
 
-LARGEST_COMMAND = 32
+MAX_COMMAND_SIZE = 32
 """Numbers in a command vector."""
 
 
@@ -43,8 +43,8 @@ class Commands(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    size: int = Field(ge=1, le=LARGEST_COMMAND)
-    rows: int = Field(ge=1, le=LONGEST_TRIAL)
+    size: int = Field(ge=1, le=MAX_COMMAND_SIZE)
+    rows: int = Field(ge=1, le=MAX_TRIAL_STEPS)
     data: str = Field(repr=False)
 
     @model_validator(mode="after")
@@ -56,15 +56,15 @@ class Commands(BaseModel):
     def of(cls, actions: Sequence[Action]) -> Commands:
         """The commands of actions, at least one; raises ResultError for too many."""
         rows = np.concatenate([_rows(action) for action in actions])
-        if int(rows["n_steps"].sum()) > LONGEST_TRIAL:
-            raise ResultError(f"a trial of more than {LONGEST_TRIAL:,} steps cannot be stored")
+        if int(rows["n_steps"].sum()) > MAX_TRIAL_STEPS:
+            raise ResultError(f"a trial of more than {MAX_TRIAL_STEPS:,} steps cannot be stored")
         data = base64.b64encode(zlib.compress(rows.tobytes())).decode()
         return cls(size=rows["command"].shape[1], rows=len(rows), data=data)
 
     @property
     def actions(self) -> list[Action]:
         """The actions, ready to be executed again."""
-        rows = self._unpacked()
+        rows = self._unpack()
         starts = np.flatnonzero(rows["begins"])
         try:
             return [
@@ -87,29 +87,29 @@ class Commands(BaseModel):
     @property
     def n_steps(self) -> int:
         """How long all of them last."""
-        return int(self._unpacked()["n_steps"].sum())
+        return int(self._unpack()["n_steps"].sum())
 
     @property
     def n_actions(self) -> int:
         """How many actions command anything; rests do not."""
-        rows = self._unpacked()
+        rows = self._unpack()
         commanded = ~np.isnan(rows["command"]).all(axis=1)
         number = np.cumsum(rows["begins"], dtype=np.int64)
         return len(np.unique(number[commanded]))
 
-    def _unpacked(self) -> NDArray[Any]:
+    def _unpack(self) -> NDArray[Any]:
         """The rows, checked; never unpacks more bytes than are declared."""
         kind = row_type(self.size)
-        content = _decompressed(self.data, self.rows * kind.itemsize)
+        content = _decompress(self.data, self.rows * kind.itemsize)
         rows = np.frombuffer(content, kind)
         missing = np.isnan(rows["command"])
         durations = rows["n_steps"]
         if (missing.any(axis=1) != missing.all(axis=1)).any():
             raise ValueError("a command must be all numbers or all NaN")
-        if not ((durations >= 1) & (durations <= LONGEST_TRIAL)).all():
-            raise ValueError(f"a command lasts 1 to {LONGEST_TRIAL} steps")
-        if int(durations.sum()) > LONGEST_TRIAL:
-            raise ValueError(f"commands last more than {LONGEST_TRIAL} steps together")
+        if not ((durations >= 1) & (durations <= MAX_TRIAL_STEPS)).all():
+            raise ValueError(f"a command lasts 1 to {MAX_TRIAL_STEPS} steps")
+        if int(durations.sum()) > MAX_TRIAL_STEPS:
+            raise ValueError(f"commands last more than {MAX_TRIAL_STEPS} steps together")
         if rows["begins"][0] != 1 or max(rows["begins"].max(), rows["line"].max()) > 1:
             raise ValueError("commands do not mark where actions begin")
         return rows
@@ -122,7 +122,7 @@ def _rows(action: Action) -> NDArray[Any]:
     return rows
 
 
-def _decompressed(data: str, n_bytes: int) -> bytes:
+def _decompress(data: str, n_bytes: int) -> bytes:
     try:
         compressed = base64.b64decode(data, validate=True)
         stream = zlib.decompressobj()

@@ -15,7 +15,7 @@ from real_bench.scoring.repeats import by_goal
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import Floats, Interval, goals_interval
 
-ALIKE = ("objects", "scene_sha256", "trial_steps")
+COMMON_FIELDS = ("objects", "scene_sha256", "trial_steps")
 """What must agree between compared results."""
 
 
@@ -102,7 +102,7 @@ def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
     Raises:
         ResultError: scene, number of objects, length or goals differ.
     """
-    _check_alike([*a, *b])
+    _check_comparable([*a, *b])
     ours, theirs = by_goal(a), by_goal(b)
     if ours.keys != theirs.keys:
         raise ResultError(
@@ -113,7 +113,7 @@ def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
     return Comparison(
         n_repeats=(len(ours.trials), len(theirs.trials)),
         metrics={
-            name: _compared(metric, ours.values(name), theirs.values(name), ours.classes)
+            name: _compare_metric(metric, ours.values(name), theirs.values(name), ours.classes)
             for name, metric in METRICS.items()
         },
         goals=tuple(
@@ -123,21 +123,23 @@ def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
     )
 
 
-def _compared(metric: Metric, a: Floats, b: Floats, classes: Sequence[str]) -> MetricComparison:
+def _compare_metric(
+    metric: Metric, a: Floats, b: Floats, classes: Sequence[str]
+) -> MetricComparison:
     """Values of A and B, (n_repeats, n_goals) each."""
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
-    chances = _chances(a, b) if metric.higher_is_better else _chances(b, a)
+    win_rates = _win_rates(a, b) if metric.higher_is_better else _win_rates(b, a)
     return MetricComparison(
         a=float(mean_a.mean()),
         b=float(mean_b.mean()),
         interval=goals_interval(mean_a - mean_b, classes),
-        improvement=float(chances.mean()),
-        improvement_interval=goals_interval(chances, classes),
+        improvement=float(win_rates.mean()),
+        improvement_interval=goals_interval(win_rates, classes),
     )
 
 
-def _check_alike(results: Sequence[Result]) -> None:
-    for name in ALIKE:
+def _check_comparable(results: Sequence[Result]) -> None:
+    for name in COMMON_FIELDS:
         values = {getattr(result.setting, name) for result in results}
         if len(values) > 1:
             shown = ", ".join(sorted(str(value)[:12] for value in values))
@@ -159,7 +161,7 @@ def check_one_control(settings: Iterable[Setting]) -> None:
             )
 
 
-def _chances(a: Floats, b: Floats) -> Floats:
+def _win_rates(a: Floats, b: Floats) -> Floats:
     """For each goal, how often a repeat of A beats one of B, (n_goals,)."""
     difference = np.sign(a[:, None, :] - b[None, :, :])
     return np.asarray((difference.mean(axis=(0, 1)) + 1) / 2, np.float64)

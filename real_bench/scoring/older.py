@@ -8,12 +8,12 @@ from typing import Any
 from real_bench.scoring.metric import object_scores
 from real_bench.scoring.result_file import VERSION, Content
 
-MOST_GOALS = 100_000
-LARGEST = 1e9
+MAX_GOALS = 100_000
+MAX_VALUE = 1e9
 DERIVED = ("complete", "summary")
 
 
-def in_present_form(content: Content) -> Content:
+def upgrade(content: Content) -> Content:
     """A file's content in today's form; summaries are dropped unread.
 
     Raises:
@@ -36,8 +36,8 @@ def in_present_form(content: Content) -> Content:
 def _setting(setting: dict[str, Any]) -> dict[str, Any]:
     """Then, ``n_goals`` was how many goals were asked for: the first of the set."""
     count = setting.get("n_goals")
-    if not isinstance(count, int) or not 0 <= count <= MOST_GOALS or "goal_numbers" in setting:
-        raise ValueError(f"n_goals must be 0 to {MOST_GOALS:,}")
+    if not isinstance(count, int) or not 0 <= count <= MAX_GOALS or "goal_numbers" in setting:
+        raise ValueError(f"n_goals must be 0 to {MAX_GOALS:,}")
     return {**setting, "n_goals": None, "goal_numbers": tuple(range(count))}
 
 
@@ -55,6 +55,6 @@ def _is_score(score: Any, away: Any) -> bool:
     """Whether a score follows from distances, up to rounding, which machines do differently."""
     if not isinstance(away, list):
         return False
-    if not all(isinstance(each, int | float) and 0 <= each <= LARGEST for each in [score, *away]):
+    if not all(isinstance(each, int | float) and 0 <= each <= MAX_VALUE for each in [score, *away]):
         return False
     return math.isclose(score, float(object_scores(away).sum()), rel_tol=1e-9)

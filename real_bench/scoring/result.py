@@ -12,12 +12,12 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from real_bench.counting import counted
 from real_bench.errors import ResultError, faults
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.quoting import quoted
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
-from real_bench.scoring.older import in_present_form
+from real_bench.scoring.older import upgrade
 from real_bench.scoring.result_file import (
     FORMAT,
     SEAL,
@@ -33,13 +33,13 @@ from real_bench.scoring.result_file import (
 Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
 
 
-def _one_line(text: str) -> str:
+def _check_printable(text: str) -> str:
     if not text.isprintable():
         raise ValueError("a name must be printable")
     return text
 
 
-Line = Annotated[str, AfterValidator(_one_line)]
+Line = Annotated[str, AfterValidator(_check_printable)]
 """Printed as it is, so a stranger's file must not move the cursor of a terminal."""
 
 
@@ -239,7 +239,7 @@ class Result(_Record):
         """Write the file; it appears whole. Raises ResultError if it would be too large."""
         text = (json.dumps(self.to_json(), indent=1) + "\n").encode()
         check_writable(path, text)
-        write_whole(path, text)
+        write_atomically(path, text)
 
 
 def load_result(path: Path) -> Result:
@@ -259,7 +259,7 @@ def load_result(path: Path) -> Result:
 def parse_content(content: Content, path: Path) -> Result:
     """The result of a file's content, whether or not its seal holds; raises ResultError."""
     try:
-        return _parse(in_present_form(content))
+        return _parse(upgrade(content))
     except ValidationError as error:
         raise ResultError(f"{path} is damaged: {faults(error, 3)}") from error
     except ValueError as error:

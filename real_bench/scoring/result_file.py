@@ -14,7 +14,7 @@ FORMAT = "realbench-result"
 VERSION = 3
 """Version of written files. 1 and 2 also had a summary; 1 had no commands and no seal."""
 
-LARGEST_FILE = 2**28
+MAX_FILE_BYTES = 2**28
 """Bytes; fifty trials in which each step had another command take some 50 million."""
 
 SEAL, TIMING = "seal", "timing"
@@ -49,10 +49,10 @@ def read_content(path: Path) -> Content:
     """
     try:
         with path.open("rb") as file:
-            text = file.read(LARGEST_FILE + 1)
-        if len(text) > LARGEST_FILE:
-            raise ValueError(f"it is larger than {LARGEST_FILE:,} bytes")
-        content = json.loads(text, object_pairs_hook=_without_repeats)
+            text = file.read(MAX_FILE_BYTES + 1)
+        if len(text) > MAX_FILE_BYTES:
+            raise ValueError(f"it is larger than {MAX_FILE_BYTES:,} bytes")
+        content = json.loads(text, object_pairs_hook=_unique_names)
         if not isinstance(content, dict) or content.get("format") != FORMAT:
             raise ResultError(f"{path} is not a result of realbench")
         if content.get("version") not in range(1, VERSION + 1):
@@ -75,9 +75,9 @@ def read_content(path: Path) -> Content:
 
 def check_writable(path: Path, text: bytes) -> None:
     """Raise ResultError if a file could not be read again."""
-    if len(text) > LARGEST_FILE:
+    if len(text) > MAX_FILE_BYTES:
         raise ResultError(
-            f"{path} would be larger than {LARGEST_FILE:,} bytes: test fewer goals at once; "
+            f"{path} would be larger than {MAX_FILE_BYTES:,} bytes: test fewer goals at once; "
             "earlier trials are kept"
         )
 
@@ -87,7 +87,7 @@ def _sha256(value: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _without_repeats(pairs: list[tuple[str, Any]]) -> Content:
+def _unique_names(pairs: list[tuple[str, Any]]) -> Content:
     """A JSON object; a name given twice could show one value and hold another."""
     content = dict(pairs)
     if len(content) < len(pairs):

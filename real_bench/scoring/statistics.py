@@ -16,7 +16,7 @@ BOOTSTRAP_SEED = 0
 
 OVER_GOALS, OVER_PLAYS_AND_GOALS = "goals", "plays and goals"
 
-LEAST_PLAYS = 3
+MIN_PLAYS = 3
 """Two plays do not show how much plays differ: see ``python evaluation/intervals.py``."""
 
 Floats = NDArray[np.float64]
@@ -78,7 +78,7 @@ def goals_interval(
 
 
 def plays_interval(
-    values: ArrayLike, classes: Sequence[str], least_plays: int = LEAST_PLAYS
+    values: ArrayLike, classes: Sequence[str], min_plays: int = MIN_PLAYS
 ) -> Interval | None:
     """The interval of the mean if everything were done again, with new plays and new goals.
 
@@ -92,7 +92,7 @@ def plays_interval(
     Args:
         values: (n_plays, n_goals).
         classes: of each goal.
-        least_plays: with fewer there is no interval.
+        min_plays: with fewer there is no interval.
 
     Returns:
         None for too few plays, fewer than two goals, or if a value is NaN. It is not below 0
@@ -100,21 +100,22 @@ def plays_interval(
     """
     numbers = np.asarray(values, np.float64)
     n_plays, n_goals = numbers.shape
-    if n_plays < max(2, least_plays) or n_goals < 2 or np.isnan(numbers).any():
+    if n_plays < max(2, min_plays) or n_goals < 2 or np.isnan(numbers).any():
         return None
     groups = [group.T for group in _by_class(numbers.T, classes)]
     if min(group.shape[1] for group in groups) < 2:
         groups = [numbers]
-    of_plays = float(numbers.mean(axis=1).var(ddof=1) / n_plays)
+    play_variance = float(numbers.mean(axis=1).var(ddof=1) / n_plays)
     parts = np.array([_goals_variance(group, n_goals) for group in groups])
-    of_goals, of_both = (float(part) for part in parts[:, :2].sum(axis=0))
-    mean, whole = float(numbers.mean()), of_plays + of_goals
+    goal_variance, interaction_variance = (float(part) for part in parts[:, :2].sum(axis=0))
+    mean, whole = float(numbers.mean()), play_variance + goal_variance
     if whole == 0:
         return Interval(mean, mean, OVER_PLAYS_AND_GOALS)
-    freedom = whole**2 / (of_plays**2 / (n_plays - 1) + (parts[:, 0] ** 2 / parts[:, 2]).sum())
-    twice = of_both * (n_plays - 2) / (n_plays - 1)
+    freedom = whole**2 / (play_variance**2 / (n_plays - 1) + (parts[:, 0] ** 2 / parts[:, 2]).sum())
+    twice = interaction_variance * (n_plays - 2) / (n_plays - 1)
     half = float(
-        scipy.stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * np.sqrt(max(whole - twice, of_goals))
+        scipy.stats.t.ppf((1 + CONFIDENCE) / 2, freedom)
+        * np.sqrt(max(whole - twice, goal_variance))
     )
     low = max(mean - half, 0.0) if (numbers >= 0).all() else mean - half
     return Interval(low, mean + half, OVER_PLAYS_AND_GOALS)
@@ -131,7 +132,7 @@ def mean_interval(values: ArrayLike, classes: Sequence[str]) -> Interval | None:
         Over goals alone for fewer than three plays; None if there is none at all.
     """
     numbers = np.asarray(values, np.float64)
-    if len(numbers) < LEAST_PLAYS:
+    if len(numbers) < MIN_PLAYS:
         return goals_interval(numbers.mean(axis=0), classes)
     return plays_interval(numbers, classes)
 

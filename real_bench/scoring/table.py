@@ -8,7 +8,7 @@ from rich.table import Table
 
 from real_bench.counting import counted
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.scoring.columns import filled
+from real_bench.scoring.columns import drop_empty_columns
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.result import Result
@@ -25,7 +25,7 @@ def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
     for name, metric in METRICS.items():
         metrics += [metric.title, interval_heading(OVER_GOALS)] if name == SCORE else [metric.title]
     rows = [_cells(row, result) for row in summarise(result.trials)]
-    return filled(["class", "goals", *metrics], rows)
+    return drop_empty_columns(["class", "goals", *metrics], rows)
 
 
 def score_table(result: Result) -> Group:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from real_bench.counting import counted
 from real_bench.errors import ControllerError, ControllerFailedError, ResultError
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.naming import shown_name
+from real_bench.naming import display_name
 from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
@@ -108,9 +108,9 @@ def judge(
             )
     summary = summarise_repeats(by_goal(results))
     checks = [
-        _complete(results, sizes or {}, allow_part=allow_part),
-        _of_full_length(results),
-        _of_these_goals(results, goals, sizes or {}),
+        _check_complete(results, sizes or {}, allow_part=allow_part),
+        _check_length(results),
+        _check_goals(results, goals, sizes or {}),
     ]
     if minimum is not None:
         mean = summary.score.mean
@@ -125,7 +125,9 @@ def judge(
     return Verdict(results[0].setting, summary, comparison, tuple(checks), seconds)
 
 
-def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part: bool) -> Check:
+def _check_complete(
+    results: Sequence[Result], sizes: Mapping[str, int], *, allow_part: bool
+) -> Check:
     settings = [result.setting for result in results]
     whole = [sizes.get(setting.goals_sha256, setting.set_size) for setting in settings]
     done = [len(result.trials) for result in results]
@@ -140,15 +142,13 @@ def _complete(results: Sequence[Result], sizes: Mapping[str, int], *, allow_part
     return Check("complete", True, f"{detail}, a part")
 
 
-def _of_full_length(results: Sequence[Result]) -> Check:
+def _check_length(results: Sequence[Result]) -> Check:
     steps = results[0].setting.trial_steps  # all are alike
     detail = f"{steps:,} steps per trial"
     return Check("length", steps == TRIAL_STEPS, detail)
 
 
-def _of_these_goals(
-    results: Sequence[Result], goals: str | None, known: Mapping[str, int]
-) -> Check:
+def _check_goals(results: Sequence[Result], goals: str | None, known: Mapping[str, int]) -> Check:
     """Whether they are on the goals asked for; if none are given, say which were accepted."""
     found = sorted({result.setting.goals_sha256 for result in results})
     detail = f"goal set {' and '.join(sha256[:12] for sha256 in found)}"
@@ -179,7 +179,8 @@ def markdown(verdict: Verdict) -> str:
         numbers = [text(found.interquartile_mean), *map(text, found.by_class.values())]
         rows.append((metric.title, text(found.mean), metric.interval(found.interval), *numbers))
     parts = [
-        f"## {_escaped(shown_name(setting.controller))} {'passed' if verdict.passed else 'failed'}",
+        f"## {_escaped(display_name(setting.controller))} "
+        f"{'passed' if verdict.passed else 'failed'}",
         f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, after "
         f"{setting.run_steps:,} steps of play; {counted(summary.n_goals, 'goal')}, each tested "
         f"{'once' if summary.n_repeats == 1 else f'{summary.n_repeats} times'}.",

@@ -15,7 +15,7 @@ from real_bench.files import file_sha256
 from real_bench.simulation.scene import Manifest, installed_folder
 
 # Python files would be code, and Blender sources are twenty megabytes that nothing loads.
-LEFT_OUT = (".py", ".pyc", ".blend")
+EXCLUDED_SUFFIXES = (".py", ".pyc", ".blend")
 
 
 def install_scene(manifest: Manifest, wheel: Path | None = None) -> Path:
@@ -85,7 +85,7 @@ def _members(archive: zipfile.ZipFile, folder: str) -> Iterator[tuple[zipfile.Zi
     for member in archive.infolist():
         path = PurePosixPath(member.filename)
         inside = path.is_relative_to(folder) and ".." not in path.parts
-        if inside and not member.is_dir() and path.suffix not in LEFT_OUT:
+        if inside and not member.is_dir() and path.suffix not in EXCLUDED_SUFFIXES:
             yield member, str(path.relative_to(folder))
 
 

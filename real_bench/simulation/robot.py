@@ -86,18 +86,18 @@ class Robot:
         angles[8] = -angles[8]
         return angles
 
-    def ways_to(self, command: Sequence[float]) -> list[JointWay]:
+    def joint_targets(self, command: Sequence[float]) -> list[JointTarget]:
         """How each of the nine observed joints goes to a command.
 
         The tip has the sign of its joint, not of the command.
         """
-        ways = [
-            JointWay.to(wanted, *limits)
+        targets = [
+            JointTarget.to(wanted, *limits)
             for wanted, limits in zip(command, self._ranges, strict=True)
         ]
         reach, low, high = self._ranges[8]
-        ways[8] = JointWay.to(-command[8], reach, -high, -low)
-        return ways
+        targets[8] = JointTarget.to(-command[8], reach, -high, -low)
+        return targets
 
     def touch_sensors(self) -> NDArray[np.float64]:
         """The largest normal force on each of the four skins, (4,) newtons; 0 without contact.
@@ -116,7 +116,7 @@ class Robot:
         """Points of contact: the robot's link, and the body whose base link it touches."""
         names = {link: name for name, link in self._names()[1].items()}
         points = pybullet.getContactPoints(bodyA=self.body, physicsClientId=self.client)
-        return [(names[point[3]], point[2]) for point in points if _is_felt(point)]
+        return [(names[point[3]], point[2]) for point in points if _is_touch(point)]
 
     def inverse_kinematics(
         self, position: tuple[float, ...], quaternion: tuple[float, ...]
@@ -140,7 +140,7 @@ class Robot:
         contacts = pybullet.getContactPoints(
             bodyA=self.body, linkIndexA=link, physicsClientId=self.client
         )
-        return max((contact[9] for contact in contacts if _is_felt(contact)), default=0.0)
+        return max((contact[9] for contact in contacts if _is_touch(contact)), default=0.0)
 
     def _names(self) -> tuple[dict[str, int], dict[str, int]]:
         count = pybullet.getNumJoints(self.body, physicsClientId=self.client)
@@ -153,7 +153,7 @@ class Robot:
         return joints, links
 
 
-def _is_felt(contact: tuple[Any, ...]) -> bool:
+def _is_touch(contact: tuple[Any, ...]) -> bool:
     return bool(contact[4] == BASE_LINK and abs(contact[8]) < TOUCH_DISTANCE)
 
 
@@ -167,7 +167,7 @@ def load_body(scene: Scene, urdf: str, flags: int, client: int) -> int:
     return body
 
 
-class JointWay(NamedTuple):
+class JointTarget(NamedTuple):
     """How one joint goes to a command, laid out for the simulation's loop.
 
     The official environment moves the target to within a reach of the joint's angle, as
@@ -178,7 +178,7 @@ class JointWay(NamedTuple):
         wanted: the command, radians.
         back, ahead: between these differences (wanted - angle) the target is their sum.
         lowest, highest: between these, ``angle + ahead`` (or ``back``) needs no clipping.
-        slowly: the target for any angle.
+        clipped: the target for any angle.
     """
 
     wanted: float
@@ -186,23 +186,23 @@ class JointWay(NamedTuple):
     ahead: float
     lowest: float
     highest: float
-    slowly: Callable[[float], float]
+    clipped: Callable[[float], float]
 
     @classmethod
-    def to(cls, wanted: float, reach: float, low: float, high: float) -> JointWay:
+    def to(cls, wanted: float, reach: float, low: float, high: float) -> JointTarget:
         """The way to a command, for a joint with a reach and a range."""
 
-        def slowly(angle: float) -> float:
-            way = min(max(wanted - angle, -reach), reach)
-            return min(max(angle + way, low), high)
+        def clipped(angle: float) -> float:
+            step = min(max(wanted - angle, -reach), reach)
+            return min(max(angle + step, low), high)
 
         # At a limit the sum may be rounded out of the range; not at 0, where it is exact.
         if low + ROUNDING < wanted < high - ROUNDING or wanted == 0:
-            return cls(wanted, -reach, reach, low, high, slowly)
-        return cls(wanted, math.inf, -math.inf, math.inf, -math.inf, slowly)
+            return cls(wanted, -reach, reach, low, high, clipped)
+        return cls(wanted, math.inf, -math.inf, math.inf, -math.inf, clipped)
 
 
-def spread(targets: list[float]) -> list[float]:
+def expand_to_driven_joints(targets: list[float]) -> list[float]:
     """The targets of the eleven driven joints, from those of the nine observed ones.
 
     The tips close by at most twice the angle of the bases, and never open beyond straight.

@@ -15,7 +15,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from real_bench.errors import SceneError, faults
-from real_bench.nearest import did_you_mean, what_there_is
+from real_bench.nearest import did_you_mean, unknown_name_hint
 from real_bench.yaml_files import read_mapping
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
@@ -250,7 +250,7 @@ def read_manifest(path: Path) -> Manifest:
     try:
         return Manifest.model_validate(content)
     except ValidationError as error:
-        found = faults(error, unknown=what_there_is(Manifest))
+        found = faults(error, unknown=unknown_name_hint(Manifest))
         raise SceneError(f"the scene {path} is not valid: {found}") from error
 
 

@@ -21,17 +21,17 @@ from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
 from real_bench.simulation.posture import HOME
-from real_bench.simulation.robot import Robot, load_body, spread
+from real_bench.simulation.robot import Robot, expand_to_driven_joints, load_body
 from real_bench.simulation.scene import Scene
 
 STEP_S = 0.005
 GRAVITY = (0.0, 0.0, -9.81)
 
-FASTEST_OBJECT = 20.0
+MAX_OBJECT_SPEED = 20.0
 """No object moves faster (m/s), so while it is far from any edge it need not be checked. The
 fastest seen in 300 random macros and 600 random joint actions was 4.6 m/s."""
 
-LONGEST_UNWATCHED = 100
+MAX_UNWATCHED_STEPS = 100
 TABLE = "table"
 SHOWN_COMMANDS = 3
 
@@ -96,7 +96,7 @@ class Simulation:
             self.set_object_poses(object_poses)
         self.camera = Camera(self.scene.manifest.camera, client)
         self._unwatched_steps = 0
-        self.n_put_back = self.n_steps = self._well_at = 0
+        self.n_put_back = self.n_steps = self._last_check_at = 0
         self._held: list[
             Segment
         ] = []  # commands since the last check, each with the step it began at
@@ -110,17 +110,17 @@ class Simulation:
         client, body = self.client, self.robot.body
         observed, driven = self.robot.observed_joints, self.robot.driven_joints
         read_joints, step = pybullet.getJointStates, pybullet.stepSimulation
-        joints = self.robot.ways_to(command)
+        joints = self.robot.joint_targets(command)
         sent = None
         self._held.append((command, self.n_steps))
         for _ in range(n_steps):
             targets = [
-                angle + way
-                if back <= (way := wanted - angle) <= ahead
-                else far
-                if lowest <= (far := angle + (ahead if way > 0 else back)) <= highest
-                else slowly(angle)
-                for (angle, _, _, _), (wanted, back, ahead, lowest, highest, slowly) in zip(
+                angle + difference
+                if back <= (difference := wanted - angle) <= ahead
+                else limited
+                if lowest <= (limited := angle + (ahead if difference > 0 else back)) <= highest
+                else clipped(angle)
+                for (angle, _, _, _), (wanted, back, ahead, lowest, highest, clipped) in zip(
                     read_joints(body, observed, client), joints, strict=True
                 )
             ]
@@ -133,7 +133,7 @@ class Simulation:
                     body,
                     driven,
                     pybullet.POSITION_CONTROL,
-                    targetPositions=spread(targets),
+                    targetPositions=expand_to_driven_joints(targets),
                     physicsClientId=client,
                 )
                 sent = targets
@@ -149,7 +149,7 @@ class Simulation:
         """The nine observed joint angles, (9,) radians; raises PhysicsError."""
         joints = self.robot.joint_positions()
         if not np.isfinite(joints).all():
-            raise self._explosion(f"joint positions are {joints.tolist()}")
+            raise self._explosion_error(f"joint positions are {joints.tolist()}")
         return joints
 
     def touch_sensors(self) -> NDArray[np.float64]:
@@ -173,7 +173,7 @@ class Simulation:
         """
         poses = np.array([[*p, *q] for p, q in map(self._pose, self._bodies)])
         if not np.isfinite(poses).all():
-            raise self._explosion(f"object poses are {poses.tolist()}")
+            raise self._explosion_error(f"object poses are {poses.tolist()}")
         return poses
 
     def set_object_poses(self, poses: NDArray[np.float64]) -> None:
@@ -217,16 +217,16 @@ class Simulation:
         nearest = np.inf
         for index, body in enumerate(self._bodies):
             (x, _, z), _ = self._pose(body)
-            way = self._way_to_fall(x, z)
-            if not way >= 0:
+            distance = self._distance_to_fall(x, z)
+            if not distance >= 0:
                 self._put_back(index, z)
-                way = 0.0
-            nearest = min(nearest, way)
-        self._unwatched_steps = int(min(nearest / (FASTEST_OBJECT * STEP_S), LONGEST_UNWATCHED))
-        self._well_at = self.n_steps
+                distance = 0.0
+            nearest = min(nearest, distance)
+        self._unwatched_steps = int(min(nearest / (MAX_OBJECT_SPEED * STEP_S), MAX_UNWATCHED_STEPS))
+        self._last_check_at = self.n_steps
         del self._held[:-1]
 
-    def _explosion(self, what: str) -> PhysicsError:
+    def _explosion_error(self, what: str) -> PhysicsError:
         """The error for a world whose poses are no longer numbers.
 
         Objects are checked now and then, so the error gives the steps in which it happened and the
@@ -237,17 +237,17 @@ class Simulation:
         ]
         shown = commands if len(commands) <= SHOWN_COMMANDS else [commands[0], "...", commands[-1]]
         return PhysicsError(
-            f"the physics exploded between steps {self._well_at:,} and {self.n_steps:,} of this "
-            f"world: {what}; the joints were commanded {', '.join(shown) or 'nothing'}"
+            f"the physics exploded between steps {self._last_check_at:,} and {self.n_steps:,} of "
+            f"this world: {what}; the joints were commanded {', '.join(shown) or 'nothing'}"
         )
 
-    def _way_to_fall(self, x: float, z: float) -> float:
+    def _distance_to_fall(self, x: float, z: float) -> float:
         """How far an object is from counting as fallen, at least; negative when it does."""
         return min((max(z - below, above - x) for below, above in self._fallen), default=np.inf)
 
     def _put_back(self, index: int, z: float) -> None:
         if z != z:
-            raise self._explosion(f"{self.object_names[index]} is at z = {z}")
+            raise self._explosion_error(f"{self.object_names[index]} is at z = {z}")
         position, quaternion = self._start_poses[index]
         pybullet.resetBasePositionAndOrientation(
             self._bodies[index], position, quaternion, physicsClientId=self.client

@@ -10,12 +10,12 @@ from pathlib import Path, PurePosixPath
 
 from real_bench.counting import counted
 from real_bench.errors import SubmissionError
-from real_bench.files import write_whole
+from real_bench.files import write_atomically
 from real_bench.source import ControllerSource
 from real_bench.submissions import MANIFEST, is_submission
 
-LARGEST_BYTES = 4 * 2**30
-MOST_FILES = 10_000
+MAX_BYTES = 4 * 2**30
+MAX_FILES = 10_000
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """The date of every file in an archive, so that the same submission gives the same bytes."""
 
@@ -34,11 +34,11 @@ def pack(folder: Path, archive: Path) -> list[Path]:
     files = source.submitted_files()
     _check_size(str(folder), [file.stat().st_size for file in files])
     contents = ((file.relative_to(source.place).as_posix(), file.read_bytes()) for file in files)
-    write_whole(archive, zipped(contents))
+    write_atomically(archive, zip_files(contents))
     return files
 
 
-def zipped(files: Iterable[tuple[str, bytes]]) -> bytes:
+def zip_files(files: Iterable[tuple[str, bytes]]) -> bytes:
     """An archive of files, by name: the same files give the same bytes."""
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -62,7 +62,7 @@ def unpack(archive: Path, folder: Path) -> None:
             _check_size(archive.name, [entry.file_size for entry in entries])
             top = _top(archive, entries)
             folder.mkdir(parents=True)
-            for entry, place in _places(archive, entries, top):
+            for entry, place in _destinations(archive, entries, top):
                 target = folder / place
                 target.parent.mkdir(parents=True, exist_ok=True)
                 with packed.open(entry) as content, target.open("wb") as copy:
@@ -73,7 +73,7 @@ def unpack(archive: Path, folder: Path) -> None:
         raise SubmissionError(f"{archive.name} has a file and a folder of the same name") from error
 
 
-def copied(folder: Path, to: Path) -> None:
+def copy_submission(folder: Path, to: Path) -> None:
     """Copy all files of a submission, and nothing else, into a new folder."""
     source = ControllerSource.of(str(folder))
     files = source.submitted_files()
@@ -85,7 +85,7 @@ def copied(folder: Path, to: Path) -> None:
         shutil.copyfile(file, target)
 
 
-def submitted(place: Path, folder: Path) -> Path:
+def open_submission(place: Path, folder: Path) -> Path:
     """The folder of a submission: itself, or the new ``folder`` in which its archive is unpacked.
 
     Raises:
@@ -113,7 +113,7 @@ def _top(archive: Path, entries: list[zipfile.ZipInfo]) -> PurePosixPath:
     return min(found, key=lambda path: len(path.parts)).parent
 
 
-def _places(
+def _destinations(
     archive: Path, entries: list[zipfile.ZipInfo], top: PurePosixPath
 ) -> Iterator[tuple[zipfile.ZipInfo, str]]:
     """Each file of the submission, and where in its folder it belongs."""
@@ -128,10 +128,10 @@ def _places(
 
 
 def _check_size(name: str, sizes: list[int]) -> None:
-    if len(sizes) > MOST_FILES or sum(sizes) > LARGEST_BYTES:
+    if len(sizes) > MAX_FILES or sum(sizes) > MAX_BYTES:
         raise SubmissionError(
             f"{name} is too large: {counted(len(sizes), 'file')}, {sum(sizes) / 2**20:,.0f} MiB; "
-            f"the most are {MOST_FILES:,} files and {LARGEST_BYTES >> 20:,} MiB"
+            f"the most are {MAX_FILES:,} files and {MAX_BYTES >> 20:,} MiB"
         )
 
 

@@ -117,20 +117,20 @@ def _run(command: list[str], submission: Submission) -> None:
             stdin=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired as error:
-        raise _refused(submission, f"it took more than {SECONDS_TO_INSTALL:,} s") from error
+        raise _install_error(submission, f"it took more than {SECONDS_TO_INSTALL:,} s") from error
     if done.returncode:
-        raise _refused(submission, _why(f"{done.stdout}\n{done.stderr}"))
+        raise _install_error(submission, _failure_reason(f"{done.stdout}\n{done.stderr}"))
 
 
-def _why(said: str) -> str:
+def _failure_reason(pip_output: str) -> str:
     """What pip says of its failure, in a line."""
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    lines = [line.strip() for line in pip_output.splitlines() if line.strip()]
     conflict = [line for line in lines if " depends on " in line or "The user requested" in line]
     errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
     return "; ".join(conflict or errors[:1] or lines[-1:] or ["pip says nothing"])
 
 
-def _refused(submission: Submission, why: str) -> SubmissionError:
+def _install_error(submission: Submission, why: str) -> SubmissionError:
     wanted = ", ".join(submission.requirements)
     return SubmissionError(
         f"{submission.name}: its requirements ({wanted}) cannot be installed: {why}"

@@ -9,15 +9,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.benchmark_files import is_ours
+from real_bench.benchmark_files import is_benchmark_file
 from real_bench.errors import ControllerError, ResultError, SubmissionError
 from real_bench.files import file_sha256
-from real_bench.locks import own_folder
+from real_bench.locks import temporary_folder
 from real_bench.scoring.result import Setting, parse_content
 from real_bench.scoring.result_file import read_content
-from real_bench.source import ControllerSource, is_left_out
+from real_bench.source import ControllerSource, is_ignored
 from real_bench.submissions import FROZEN, is_submission
-from real_bench.submissions.packing import submitted
+from real_bench.submissions.packing import open_submission
 
 log = logging.getLogger(__name__)
 
@@ -44,19 +44,19 @@ def bundles_in(folder: Path) -> Iterator[list[Bundle]]:
     Packed submissions are unpacked as long as this lasts; an archive of anything else is passed
     over with a warning.
     """
-    with own_folder("realbench-bundles-") as unpacked:
+    with temporary_folder("realbench-bundles-") as unpacked:
         yield list(_bundles(folder, unpacked))
 
 
 def _bundles(folder: Path, unpacked: Path) -> Iterator[Bundle]:
-    paths = sorted(path for path in folder.iterdir() if not is_left_out(path))
-    results = [path for path in paths if path.suffix == ".json" and is_ours(path)]
+    paths = sorted(path for path in folder.iterdir() if not is_ignored(path))
+    results = [path for path in paths if path.suffix == ".json" and is_benchmark_file(path)]
     recordings = [path for path in paths if path.is_file() and path.suffix in (".h5", ".hdf5")]
     inside = [path for path in paths if path.is_dir()]
     submissions = [path for path in (folder, *inside, _frozen(folder)) if is_submission(path)]
     if results:
         archives = [path for path in paths if path.is_file() and path.suffix == ".zip"]
-        submissions += filter(None, (_unpacked(path, unpacked) for path in archives))
+        submissions += filter(None, (_unpack_submission(path, unpacked) for path in archives))
     for result in results:
         yield _bundle(result, recordings, submissions)
     if is_submission(folder):
@@ -66,11 +66,11 @@ def _bundles(folder: Path, unpacked: Path) -> Iterator[Bundle]:
             yield from _bundles(path, unpacked)
 
 
-def _unpacked(archive: Path, folder: Path) -> Path | None:
+def _unpack_submission(archive: Path, folder: Path) -> Path | None:
     """The submission in an archive, in a new folder; None where it holds none."""
     place = Path(tempfile.mkdtemp(dir=folder)) / archive.stem
     try:
-        return submitted(archive, place)
+        return open_submission(archive, place)
     except SubmissionError as error:
         log.warning("%s", error)
         return None

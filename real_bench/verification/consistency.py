@@ -16,7 +16,7 @@ ACTIONS_AT_ONCE = 100
 """Actions whose commands are held in memory; up to 1000 rows each."""
 
 
-def commands_are_those_recorded(recording: Recording) -> bool:
+def commands_match_hash(recording: Recording) -> bool:
     """Whether the commands match their hash; old recordings have none."""
     rows, found = recording.transitions, ""
     for first in range(0, len(rows), ACTIONS_AT_ONCE):
@@ -37,14 +37,14 @@ def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:
         yield f"it was made in another scene than {scene.name} ({scene.sha256[:12]})"
     elif (header.scene, header.object_names) != (scene.name, scene.object_names(header.objects)):
         yield f"it names another scene or other objects than {scene.name} has"
-    misshapen = list(_misshapen(recording))
-    yield from misshapen
-    if not misshapen:
-        yield from _miscounted(recording)
-        yield from _not_numbers(recording)
+    shape_contradictions = list(_shape_contradictions(recording))
+    yield from shape_contradictions
+    if not shape_contradictions:
+        yield from _count_contradictions(recording)
+        yield from _non_finite_values(recording)
 
 
-def _misshapen(recording: Recording) -> Iterator[str]:
+def _shape_contradictions(recording: Recording) -> Iterator[str]:
     header, states = recording.header, recording.states
     size = Condition.parse(header.condition).control_type.size
     if recording.transitions.dtype != TRANSITION or states.dtype != STATE:
@@ -58,7 +58,7 @@ def _misshapen(recording: Recording) -> Iterator[str]:
         yield "it has images but says that it has none, or vice versa"
 
 
-def _miscounted(recording: Recording) -> Iterator[str]:
+def _count_contradictions(recording: Recording) -> Iterator[str]:
     rows, steps = recording.transitions, recording.states["step"]
     for first, length, whole in (
         ("first_step", "n_steps", recording.n_steps),
@@ -84,7 +84,7 @@ def _miscounted(recording: Recording) -> Iterator[str]:
         yield "it says that it has ended, but it has not"
 
 
-def _not_numbers(recording: Recording) -> Iterator[str]:
+def _non_finite_values(recording: Recording) -> Iterator[str]:
     states = recording.states
     for name in ("joint_positions", "touch_sensors"):
         if not np.isfinite(states[name]).all():

@@ -13,7 +13,7 @@ ROUNDING = 1e-12
 """How much a derived number may differ from the one derived here: the last bit of an exponential
 or a sum depends on the processor and on how a library was compiled."""
 
-WITHIN = 1e-3
+TOLERANCE_M = 1e-3
 """How much poses (metres; parts of a quaternion) and joints (radians) may differ from the recorded
 ones and still count as equal under different physics, where bits cannot agree."""
 
@@ -73,7 +73,7 @@ def poses_differ(
         yield from numbers_differ(f"quaternion of {name}", a[3:], b[3:], within=within)
 
 
-def explained_by_physics(differences: Iterator[Difference]) -> Iterator[Difference]:
+def attribute_to_physics(differences: Iterator[Difference]) -> Iterator[Difference]:
     """The same differences, marked as possibly due to different physics."""
     for difference in differences:
         yield Difference(difference.what, difference.by, difference.unit, of_physics=True)

@@ -12,7 +12,7 @@ from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import ResultError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
-from real_bench.locks import own_folder
+from real_bench.locks import temporary_folder
 from real_bench.phases.handover import Wanted
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.proxy import Identity
@@ -23,12 +23,12 @@ from real_bench.sandbox import Limits, SandboxBackend
 from real_bench.scoring.result import Result
 from real_bench.simulation import load_scene
 from real_bench.verification.bundles import Bundle
-from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, Told
+from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, PartOutcome
 
 
-def acts_again(
+def check_actions(
     result: Result, bundle: Bundle, goals: Path | None, scene: str | None, n: int, limits: Limits
-) -> Told:
+) -> PartOutcome:
     """Whether the submission acts in trials as the result says, and its state follows from play.
 
     It is tested again on the first goals: with the state that it handed over, and with one that it
@@ -55,19 +55,19 @@ def acts_again(
         if tests.commands(wanted) != first:
             return NOT_CHECKED, "it does not act the same twice"
         return FAILS, "tested again, the submission acts differently: these are not its commands"
-    goals_told = counted(len(recorded), "goal")
+    goals_text = counted(len(recorded), "goal")
     if bundle.recording is None:
-        return HOLDS, f"it acts the same again ({goals_told})"
+        return HOLDS, f"it acts the same again ({goals_text})"
     if not identity.learns_from_experience:
         return NOT_CHECKED, (
-            f"it acts the same again ({goals_told}), but cannot learn again: it has no "
+            f"it acts the same again ({goals_text}), but cannot learn again: it has no "
             "use_experience() (--play-again lets it play)"
         )
     if result.setting.learned is None:
-        return HOLDS, f"it learns the same from the recording ({goals_told})"
+        return HOLDS, f"it learns the same from the recording ({goals_text})"
     again = tests.commands("again")
     if again == recorded:
-        return HOLDS, f"it learns the same again from the recording ({goals_told})"
+        return HOLDS, f"it learns the same again from the recording ({goals_text})"
     if tests.commands("again") != again:
         return NOT_CHECKED, "its learning is not repeatable"
     return FAILS, (
@@ -76,7 +76,7 @@ def acts_again(
     )
 
 
-def plays_again(bundle: Bundle, scene: str | None, limits: Limits) -> Told:
+def check_play(bundle: Bundle, scene: str | None, limits: Limits) -> PartOutcome:
     """Whether the submission plays as recorded, and hands over the same state.
 
     Returns:
@@ -87,7 +87,7 @@ def plays_again(bundle: Bundle, scene: str | None, limits: Limits) -> Told:
     """
     if bundle.recording is None or bundle.submission is None:
         return NOT_CHECKED, "recording or submission not found"
-    with Recording(bundle.recording) as recording, own_folder("realbench-again-") as folder:
+    with Recording(bundle.recording) as recording, temporary_folder("realbench-again-") as folder:
         header = recording.header
         if recording.cuts:
             return (
@@ -142,9 +142,9 @@ class _Tests:
 
     def commands(self, wanted: Wanted | None) -> list[str]:
         """The hashes of what it commands in each trial."""
-        return list(self._made(wanted))
+        return list(self._run_trials(wanted))
 
-    def _made(self, wanted: Wanted | None) -> Iterator[str]:
+    def _run_trials(self, wanted: Wanted | None) -> Iterator[str]:
         setting, run = self._setting, self._bundle.recording
         plan = TrialPlan(
             controller=self._controller,
@@ -154,7 +154,7 @@ class _Tests:
             seed=setting.seed,
             trial_steps=setting.trial_steps,
             run=run,
-            run_steps=_part(run, setting.run_steps),
+            run_steps=_learned_steps(run, setting.run_steps),
             settings=setting.settings,
             wanted=wanted,
             backend=self._backend,
@@ -172,7 +172,7 @@ def _goal_set(result: Result, goals: Path | None) -> GoalSet:
     return goal_set
 
 
-def _part(run: Path | None, steps: int) -> int | None:
+def _learned_steps(run: Path | None, steps: int) -> int | None:
     """How many steps it learned from; None: all."""
     if run is None:
         return None

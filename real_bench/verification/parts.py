@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 HOLDS, FAILS, UNDECIDED, NOT_CHECKED = "holds", "FAILS", "undecided", "not checked"
 
-Told = tuple[str, str]
+PartOutcome = tuple[str, str]
 """A verdict, one of these, and why."""
 
 

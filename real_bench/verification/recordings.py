@@ -15,18 +15,18 @@ from real_bench.conditions import Condition
 from real_bench.errors import ActionError, Interrupted, PhysicsError, RecordingError
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.recording import Recording
-from real_bench.recording.schema import IMAGES_A_CHUNK
+from real_bench.recording.schema import IMAGES_PER_CHUNK
 from real_bench.replay import ActionReplayer, fresh_states
 from real_bench.simulation.scene import load_scene
 from real_bench.task import Task
 from real_bench.verification.consistency import (
-    commands_are_those_recorded,
+    commands_match_hash,
     contradictions,
 )
 from real_bench.verification.differences import (
-    WITHIN,
+    TOLERANCE_M,
     Difference,
-    explained_by_physics,
+    attribute_to_physics,
     numbers_differ,
     poses_differ,
 )
@@ -66,11 +66,11 @@ class RecordingVerification:
         if self.n_steps is not None and self.n_steps < 1:
             raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
         with Recording(self.path) as recording:
-            self._check_can_be_replayed(recording)
+            self._check_replayable(recording)
             header, parts = recording.header, [Physics.of(part) for part in recording.parts]
             condition = Condition.parse(header.condition)
-            if misfit := condition.control_misfit(header.control_version):
-                raise RecordingError(f"{self.path} cannot be replayed: {misfit}")
+            if mismatch := condition.control_mismatch(header.control_version):
+                raise RecordingError(f"{self.path} cannot be replayed: {mismatch}")
             scene = load_scene(header.scene_source if self.scene is None else self.scene)
             faults = list(contradictions(recording, scene))
             with closing(Task(scene, condition, header.objects)) as task:
@@ -78,7 +78,7 @@ class RecordingVerification:
                 if not faults:
                     replay.run(self.n_steps or recording.n_steps, report)
             # A hash of all commands can be checked only if all are replayed.
-            if not (faults or self.n_steps or commands_are_those_recorded(recording)):
+            if not (faults or self.n_steps or commands_match_hash(recording)):
                 faults.append("its commands do not match their hash")
             return RecordingVerdict(
                 path=self.path,
@@ -91,10 +91,10 @@ class RecordingVerification:
                 differences=replay.differences,
                 faults=tuple(faults),
                 notes=tuple(_notes(recording, parts)),
-                physics=replay.told_physics,
+                physics=replay.reported_physics,
             )
 
-    def _check_can_be_replayed(self, recording: Recording) -> None:
+    def _check_replayable(self, recording: Recording) -> None:
         if not len(recording.transitions):
             raise RecordingError(f"{self.path} has no action yet: nothing to verify")
         if self.images and recording.n_images is None:
@@ -118,7 +118,7 @@ class _Replay:
         n_actions, n_steps, n_states: how much was replayed and agrees.
         where, differences: the first state that differs; empty if there is none.
         physics: of the part being replayed.
-        told_physics: of the first part that was made with different physics, if any.
+        reported_physics: of the first part that was made with different physics, if any.
     """
 
     def __init__(
@@ -131,7 +131,7 @@ class _Replay:
         self._images = _Images(recording) if images else None
         self.n_actions = self.n_steps = self.n_states = 0
         self._parts = iter(parts)
-        self.physics = self.told_physics = parts[0]
+        self.physics = self.reported_physics = parts[0]
         self.where = ""
         self.differences: tuple[Difference, ...] = ()
 
@@ -144,53 +144,53 @@ class _Replay:
         fresh = set(fresh_states(self._recording).tolist())
         rows = self._recording.transitions
         n_commanded = int((rows["first_step"] < n_steps).sum())
-        in_all = int(rows["n_steps"][:n_commanded].sum())
+        n_total = int(rows["n_steps"][:n_commanded].sum())
         for state in range(self._recording.n_states):
             if state not in fresh and self.n_actions == n_commanded:
                 return
-            if stop.made:
-                raise Interrupted(f"stopped after {self.n_steps:,} of {in_all:,} steps")
+            if stop.requested:
+                raise Interrupted(f"stopped after {self.n_steps:,} of {n_total:,} steps")
             self.differences = tuple(self._begin(state) if state in fresh else self._act(state))
             if self.differences:
-                self.where = self._told(state, state in fresh)
+                self.where = self._describe_step(state, state in fresh)
                 return
             self.n_states += 1
-            report(self.n_steps, in_all)
+            report(self.n_steps, n_total)
 
     def _begin(self, state: int) -> Iterator[Difference]:
         """A fresh world: the scene's own, or after a cut as the state before was recorded."""
         self.physics = next(self._parts, self.physics)
-        if not self.told_physics.is_another:
-            self.told_physics = self.physics
+        if not self.reported_physics.differs:
+            self.reported_physics = self.physics
         self._replayer.begin(state)
-        yield from self._compared(state)
+        yield from self._compare_state(state)
 
     def _act(self, state: int) -> Iterator[Difference]:
         """The next action, which leads to a state."""
         try:
             action = self._replayer.act(self.n_actions)
         except (ActionError, PhysicsError) as error:
-            by_physics = self.physics.is_another and isinstance(error, PhysicsError)
+            by_physics = self.physics.differs and isinstance(error, PhysicsError)
             yield Difference(f"its commands cannot be replayed: {error}", of_physics=by_physics)
             return
-        found = list(self._compared(state))
+        found = list(self._compare_state(state))
         if not found:
             self.n_actions, self.n_steps = self.n_actions + 1, self.n_steps + action.duration
         yield from found
 
-    def _compared(self, state: int) -> Iterator[Difference]:
+    def _compare_state(self, state: int) -> Iterator[Difference]:
         simulation, row = self._task.simulation, self._states[state]
         try:
             joints, poses = simulation.joint_positions(), simulation.object_poses()
         except PhysicsError as error:
-            yield Difference(str(error), of_physics=self.physics.is_another)
+            yield Difference(str(error), of_physics=self.physics.differs)
             return
         angles = row["joint_positions"]
-        if self.physics.is_another:  # touch and pixels, which are all or nothing, are not compared
-            yield from explained_by_physics(
+        if self.physics.differs:  # touch and pixels, which are all or nothing, are not compared
+            yield from attribute_to_physics(
                 chain(
-                    numbers_differ("joint angle", angles, joints, "rad", within=WITHIN),
-                    poses_differ(self._poses[state], poses, self._names, within=WITHIN),
+                    numbers_differ("joint angle", angles, joints, "rad", within=TOLERANCE_M),
+                    poses_differ(self._poses[state], poses, self._names, within=TOLERANCE_M),
                 )
             )
             return
@@ -200,7 +200,7 @@ class _Replay:
         if self._images:
             yield from _image_differs(self._images[state], simulation.image().retina)
 
-    def _told(self, state: int, fresh: bool) -> str:
+    def _describe_step(self, state: int, fresh: bool) -> str:
         step = int(self._states["step"][state])
         if fresh:
             return f"the world that begins at step {step:,}"
@@ -213,13 +213,13 @@ class _Images:
 
     def __init__(self, recording: Recording) -> None:
         self._recording = recording
-        self._first = -IMAGES_A_CHUNK
+        self._first = -IMAGES_PER_CHUNK
         self._chunk: NDArray[np.uint8] = np.empty(0, np.uint8)
 
     def __getitem__(self, state: int) -> NDArray[np.uint8]:
-        if not 0 <= state - self._first < IMAGES_A_CHUNK:
-            self._first = state - state % IMAGES_A_CHUNK
-            self._chunk = self._recording.images(self._first, IMAGES_A_CHUNK)
+        if not 0 <= state - self._first < IMAGES_PER_CHUNK:
+            self._first = state - state % IMAGES_PER_CHUNK
+            self._chunk = self._recording.images(self._first, IMAGES_PER_CHUNK)
         image: NDArray[np.uint8] = self._chunk[state - self._first]
         return image
 

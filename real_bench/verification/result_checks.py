@@ -15,7 +15,7 @@ from real_bench.recording import Recording
 from real_bench.scoring.result import Result
 from real_bench.scoring.result_file import Content, is_sealed
 from real_bench.simulation.scene import Scene
-from real_bench.source import ControllerSource, is_code_of
+from real_bench.source import ControllerSource, has_code_hash
 from real_bench.verification.versions import versions_differ
 
 
@@ -92,20 +92,24 @@ class ResultChecks:
             return
         with Recording(run) as recording:
             condition = Condition.parse(setting.condition)
-            misfits = recording.header.misfits(condition, setting.objects, setting.scene_sha256)
+            mismatches = recording.header.mismatches(
+                condition, setting.objects, setting.scene_sha256
+            )
             n_steps = recording.n_steps
         if file_sha256(run) != setting.run_sha256:
-            misfits.append("its hash differs")
+            mismatches.append("its hash differs")
         if not 1 <= setting.run_steps <= n_steps:
-            misfits.append(f"it has {n_steps:,} steps, not {setting.run_steps:,}")
+            mismatches.append(f"it has {n_steps:,} steps, not {setting.run_steps:,}")
         self.faults += [
-            f"{run} is not the recording it learned from: {misfit}" for misfit in misfits
+            f"{run} is not the recording it learned from: {mismatch}" for mismatch in mismatches
         ]
 
     def _check_controller(self, controller: str | None) -> None:
         named = self._setting.controller if controller is None else controller
         try:
-            is_the_one = is_code_of(ControllerSource.of(named), self._setting.controller_sha256)
+            is_tested_code = has_code_hash(
+                ControllerSource.of(named), self._setting.controller_sha256
+            )
         except ControllerError:
             if controller is not None:
                 raise
@@ -114,7 +118,7 @@ class ResultChecks:
                 "--controller"
             )
             return
-        if not is_the_one:
+        if not is_tested_code:
             where = self.notes if controller is None else self.faults
             where.append(
                 f"controller {quoted(named)}, as it is here, is not the one that was tested"

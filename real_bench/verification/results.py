@@ -64,10 +64,10 @@ class ResultVerification:
             raise ResultError(f"--jobs must be at least 1, not {self.jobs}")
         content = read_content(self.path)
         result = parse_content(content, self.path)
-        self._check_can_be_replayed(result)
+        self._check_replayable(result)
         condition = Condition.parse(result.setting.condition)
-        if misfit := condition.control_misfit(result.setting.control_version):
-            raise ResultError(f"{self.path} cannot be replayed: {misfit}")
+        if mismatch := condition.control_mismatch(result.setting.control_version):
+            raise ResultError(f"{self.path} cannot be replayed: {mismatch}")
         scene = self._scene(result.setting)
         goal_set = self._goal_set(result.setting, scene)
         physics = Physics.of(result.setting.versions)
@@ -79,7 +79,7 @@ class ResultVerification:
             condition,
             goal_set,
             result.setting.trial_steps,
-            physics.is_another,
+            physics.differs,
         )
         checks = []
         with stop_requests() as stop:
@@ -100,7 +100,7 @@ class ResultVerification:
             may_be_incomplete=self.may_be_incomplete,
         )
 
-    def _check_can_be_replayed(self, result: Result) -> None:
+    def _check_replayable(self, result: Result) -> None:
         if not result.trials:
             raise ResultError(f"{self.path} has no trial yet: nothing to verify")
         if not result.keeps_commands:
@@ -148,7 +148,7 @@ class ResultVerification:
             return
         with closing(make()) as replayer:
             for trial in trials:
-                if stop.made:
+                if stop.requested:
                     return
                 yield replayer.check(trial)
 

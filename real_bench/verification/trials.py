@@ -17,15 +17,15 @@ from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 from real_bench.verification.differences import (
     ROUNDING,
-    WITHIN,
+    TOLERANCE_M,
     Difference,
-    explained_by_physics,
+    attribute_to_physics,
     numbers_differ,
     poses_differ,
 )
 from real_bench.verification.verdicts import TrialCheck
 
-PLACED_WITHIN_M = 1e-9
+PLACEMENT_TOLERANCE_M = 1e-9
 """How far an object may be put from its start because of rounding, metres."""
 
 
@@ -77,7 +77,7 @@ class TrialReplayer:
         task.begin(goal)
         placed = simulation.object_poses()[:, :3]
         away = np.linalg.norm(placed - goal.initial_poses[:, :3], axis=1).max()
-        if away > PLACED_WITHIN_M:
+        if away > PLACEMENT_TOLERANCE_M:
             yield Difference("where it begins", float(away), "m")
         for action in actions:
             task.execute(action)
@@ -86,8 +86,8 @@ class TrialReplayer:
         recorded, names = np.array(trial.final_poses), simulation.object_names
         replayed = simulation.object_poses()
         if self._other_physics:
-            differences = poses_differ(recorded, replayed, names, within=WITHIN)
-            yield from explained_by_physics(differences)
+            differences = poses_differ(recorded, replayed, names, within=TOLERANCE_M)
+            yield from attribute_to_physics(differences)
         else:
             yield from poses_differ(recorded, replayed, names)
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from real_bench.verification.differences import WITHIN, Difference
+from real_bench.verification.differences import TOLERANCE_M, Difference
 from real_bench.verification.versions import Physics
 
 
@@ -101,17 +101,17 @@ class ResultVerdict:
 
     def lines(self) -> list[str]:
         """The verdict for a person; the last line is the sum of it."""
-        return [*map(str, self.checks), *_asides(self.notes, self.faults), self._sum()]
+        return [*map(str, self.checks), *_remark_lines(self.notes, self.faults), self._summary()]
 
-    def _sum(self) -> str:
+    def _summary(self) -> str:
         trials = f"{len(self.checks)} of {self.n_trials} trials"
-        replay = _how(self.physics)
+        replay = _describe_agreement(self.physics)
         if self.holds:
             return f"verified: {trials} {replay}, score {self.score:.4f}"
         if self.is_undecided:
-            alike = len(self.checks) - len(self.different)
+            n_agreeing = len(self.checks) - len(self.different)
             return (
-                f"cannot be judged here, physics differs: {alike} of {len(self.checks)} "
+                f"cannot be judged here, physics differs: {n_agreeing} of {len(self.checks)} "
                 f"trials {replay}, and all scores follow from the recorded poses; verify it where "
                 f"physics is {self.physics.then} (see `realbench doctor`)"
             )
@@ -197,10 +197,10 @@ class RecordingVerdict:
 
     def lines(self) -> list[str]:
         """The verdict for a person; the last line is the sum of it."""
-        return [*_asides(self.notes, self.faults), self._sum()]
+        return [*_remark_lines(self.notes, self.faults), self._summary()]
 
-    def _sum(self) -> str:
-        replay = _how(self.physics)
+    def _summary(self) -> str:
+        replay = _describe_agreement(self.physics)
         if self.is_undecided:
             return (
                 f"cannot be judged here, physics differs: {self.n_steps:,} of "
@@ -210,7 +210,11 @@ class RecordingVerdict:
         if self.differences:
             return f"does not verify: {self.where}: {'; '.join(map(str, self.differences))}"
         if self.faults:
-            done = f"it {_how(self.physics, 's')}, but" if self.n_states else "it was not replayed:"
+            done = (
+                f"it {_describe_agreement(self.physics, 's')}, but"
+                if self.n_states
+                else "it was not replayed:"
+            )
             return f"does not verify: {done} {self.faults[0]}"
         what = "joints, touch, poses and images" if self.images else "joints, touch and poses"
         return (
@@ -219,12 +223,12 @@ class RecordingVerdict:
         )
 
 
-def _how(physics: Physics, s: str = "") -> str:
+def _describe_agreement(physics: Physics, s: str = "") -> str:
     """How exactly things replay."""
-    if physics.is_another:
-        return f"agree{s} within {WITHIN * 1e3:g} mm"
+    if physics.differs:
+        return f"agree{s} within {TOLERANCE_M * 1e3:g} mm"
     return f"replay{s} bit for bit"
 
 
-def _asides(notes: Sequence[str], faults: Sequence[str]) -> list[str]:
+def _remark_lines(notes: Sequence[str], faults: Sequence[str]) -> list[str]:
     return [*(f"note: {note}" for note in notes), *(f"fault: {fault}" for fault in faults)]

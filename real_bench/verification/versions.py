@@ -30,7 +30,7 @@ class Physics:
         return cls(quoted(physics_of(versions)), fingerprint())
 
     @property
-    def is_another(self) -> bool:
+    def differs(self) -> bool:
         """Whether the same commands are known to end differently here."""
         return self.then not in (UNKNOWN, self.here)
 
@@ -38,7 +38,7 @@ class Physics:
         """What should be known of it."""
         if self.then == UNKNOWN:
             return [f"its physics is unknown, here it is {self.here}: bits may differ"]
-        if self.is_another:
+        if self.differs:
             return [f"its physics is {self.then}, here it is {self.here}: bits cannot agree"]
         return []
 

@@ -13,8 +13,8 @@ from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
 from real_bench.source import ControllerSource
 from real_bench.verification.bundles import Bundle
-from real_bench.verification.doing_again import acts_again, plays_again
-from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, UNDECIDED, Part, Told
+from real_bench.verification.doing_again import check_actions, check_play
+from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, UNDECIDED, Part, PartOutcome
 from real_bench.verification.recordings import RecordingVerification
 from real_bench.verification.results import ResultVerification
 
@@ -106,16 +106,16 @@ class BundleVerification:
             result = load_result(self.bundle.result)
             score = result.score
         except RealBenchError as error:
-            detail = _inside(str(error), self.bundle)
+            detail = _without_folder(str(error), self.bundle)
             return BundleVerdict(self.bundle, None, (Part("result", FAILS, detail),))
         parts: list[Part] = []
-        checks: dict[str, Callable[[], Told]] = {
-            "trials": lambda: self._trials(report),
-            "recording": self._recording,
-            "code": lambda: self._code(result),
-            "settings": lambda: self._settings(result),
-            "state": lambda: self._state(result, parts),
-            "play": lambda: self._play(parts),
+        checks: dict[str, Callable[[], PartOutcome]] = {
+            "trials": lambda: self._check_trials(report),
+            "recording": self._check_recording,
+            "code": lambda: self._check_code(result),
+            "settings": lambda: self._check_settings(result),
+            "state": lambda: self._check_state(result, parts),
+            "play": lambda: self._check_play(parts),
         }
         for what, check in checks.items():
             try:
@@ -124,10 +124,10 @@ class BundleVerification:
                 raise
             except RealBenchError as error:
                 verdict, detail = FAILS, str(error)
-            parts.append(Part(what, verdict, _inside(detail, self.bundle)))
+            parts.append(Part(what, verdict, _without_folder(detail, self.bundle)))
         return BundleVerdict(self.bundle, score, tuple(parts))
 
-    def _trials(self, report: OnReplay) -> Told:
+    def _check_trials(self, report: OnReplay) -> PartOutcome:
         verdict = ResultVerification(
             self.bundle.result,
             goals=self.goals,
@@ -136,17 +136,17 @@ class BundleVerification:
             may_be_incomplete=self.may_be_incomplete,
             jobs=self.jobs,
         ).verify(report)
-        return _of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
+        return _verdict_of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
 
-    def _recording(self) -> Told:
+    def _check_recording(self) -> PartOutcome:
         if self.bundle.recording is None:
             return NOT_CHECKED, "no recording found"
         verdict = RecordingVerification(
             self.bundle.recording, scene=self.scene, n_steps=self.n_steps
         ).verify(lambda done, total: None)
-        return _of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
+        return _verdict_of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
 
-    def _code(self, result: Result) -> Told:
+    def _check_code(self, result: Result) -> PartOutcome:
         if self.bundle.submission is None:
             return NOT_CHECKED, "no submission found"
         here = ControllerSource.of(str(self.bundle.submission)).code_sha256
@@ -162,7 +162,7 @@ class BundleVerification:
                 return FAILS, "the submission is not the code that played"
         return HOLDS, f"{here[:12]} played and was tested"
 
-    def _settings(self, result: Result) -> Told:
+    def _check_settings(self, result: Result) -> PartOutcome:
         learned = result.setting.learned
         if learned is not None and learned.settings != result.setting.settings:
             return FAILS, "what it learned was learned with other settings"
@@ -174,29 +174,29 @@ class BundleVerification:
             return FAILS, "it played with other settings than it was tested with"
         return HOLDS, "it played and was tested with the same"
 
-    def _state(self, result: Result, before: Sequence[Part]) -> Told:
+    def _check_state(self, result: Result, before: Sequence[Part]) -> PartOutcome:
         if self.bundle.submission is None or self.n_again < 1:
             return NOT_CHECKED, "the submission was not run"
-        if _any_wrong(before):
+        if _any_failed(before):
             return NOT_CHECKED, "other parts do not hold"
-        return acts_again(result, self.bundle, self.goals, self.scene, self.n_again, self.limits)
+        return check_actions(result, self.bundle, self.goals, self.scene, self.n_again, self.limits)
 
-    def _play(self, before: Sequence[Part]) -> Told:
+    def _check_play(self, before: Sequence[Part]) -> PartOutcome:
         if not self.play_again or self.bundle.submission is None:
             return NOT_CHECKED, "it did not play again"
-        if _any_wrong(part for part in before if part.what != "state"):
+        if _any_failed(part for part in before if part.what != "state"):
             return NOT_CHECKED, "other parts do not hold"
-        return plays_again(self.bundle, self.scene, self.limits)
+        return check_play(self.bundle, self.scene, self.limits)
 
 
-def _any_wrong(parts: Iterable[Part]) -> bool:
+def _any_failed(parts: Iterable[Part]) -> bool:
     return any(part.verdict in (FAILS, UNDECIDED) for part in parts)
 
 
-def _of(holds: bool, is_undecided: bool) -> str:
+def _verdict_of(holds: bool, is_undecided: bool) -> str:
     return HOLDS if holds else UNDECIDED if is_undecided else FAILS
 
 
-def _inside(detail: str, bundle: Bundle) -> str:
+def _without_folder(detail: str, bundle: Bundle) -> str:
     """A detail without the bundle's folder."""
     return detail.replace(f"{bundle.result.parent}/", "")

@@ -9,16 +9,16 @@ BLOCKS = " ▁▂▃▄▅▆▇█"
 ASCII = " .:-=+*#@"
 
 
-def in_bins(steps: ArrayLike, values: ArrayLike, end: int, n_bins: int) -> NDArray[np.float64]:
+def bin_means(steps: ArrayLike, values: ArrayLike, end: int, n_bins: int) -> NDArray[np.float64]:
     """The mean of the finite values in equal parts of the steps up to ``end``, (n_bins,).
 
     NaN where there is none.
     """
     at, given = np.asarray(steps, np.float64), np.asarray(values, np.float64)
     bins = np.clip((at * n_bins / max(end, 1)).astype(np.int64), 0, n_bins - 1)
-    good = np.isfinite(given)
-    sums = np.bincount(bins[good], given[good], n_bins)
-    counts = np.bincount(bins[good], minlength=n_bins)
+    is_finite = np.isfinite(given)
+    sums = np.bincount(bins[is_finite], given[is_finite], n_bins)
+    counts = np.bincount(bins[is_finite], minlength=n_bins)
     means = np.full(n_bins, np.nan)
     np.divide(sums, counts, out=means, where=counts > 0)
     return means

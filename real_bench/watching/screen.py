@@ -9,16 +9,16 @@ from rich.table import Table
 from rich.text import Text
 
 from real_bench.counting import counted
-from real_bench.naming import shown_name
+from real_bench.naming import display_name
 from real_bench.quoting import printable
-from real_bench.watching.curves import ASCII, BLOCKS, curve, in_bins
+from real_bench.watching.curves import ASCII, BLOCKS, bin_means, curve
 from real_bench.watching.following import Moment
 from real_bench.watching.status import LATEST_ACTIONS
 
 CURVE_LINES = 4
-MOST_CURVES = 6
+MAX_CURVES = 6
 LABEL_WIDTH = 24
-ACTIONS_A_COLUMN = 10
+ACTIONS_PER_COLUMN = 10
 """The fewest actions per column of the share that moved an object."""
 
 
@@ -40,21 +40,21 @@ def screen_of(moment: Moment, width: int, *, ascii_only: bool = False) -> Group:
     """
     status, header = moment.status, moment.status.header
     title = (
-        f"{status.path.name}: {shown_name(header.controller)}, {header.condition}, "
+        f"{status.path.name}: {display_name(header.controller)}, {header.condition}, "
         f"{counted(header.objects, 'object')}, scene {header.scene}, seed {header.seed}"
     )
     curves = Table(box=None, show_header=False, pad_edge=False, padding=(0, 1))
     room = max(width - LABEL_WIDTH - 2, 20)
     moved = status.moved.astype(np.float64)
     drawn = {"moved an object": (status.ended_at, moved), **status.numbers()}
-    for name, (steps, values) in list(drawn.items())[:MOST_CURVES]:
+    for name, (steps, values) in list(drawn.items())[:MAX_CURVES]:
         if len(values):
-            most = -(-len(values) // ACTIONS_A_COLUMN) if values is moved else len(values)
-            bins = in_bins(steps, values, status.n_steps, min(room, most))
+            most = -(-len(values) // ACTIONS_PER_COLUMN) if values is moved else len(values)
+            bins = bin_means(steps, values, status.n_steps, min(room, most))
             low, high = (0.0, 1.0) if values is moved else _range(bins)
             lines = curve(bins, CURVE_LINES, low, high, ASCII if ascii_only else BLOCKS)
             curves.add_row(_label(name, values, low, high), Text("\n".join(lines)))
-    more = len(drawn) - MOST_CURVES
+    more = len(drawn) - MAX_CURVES
     rest = (
         [Text(f"and {counted(more, 'more number')} (--tensorboard shows all)")] if more > 0 else []
     )
@@ -71,11 +71,11 @@ def _pace(moment: Moment) -> list[str]:
 
 def _moves(moment: Moment) -> str:
     status = moment.status
-    if status.share_moved is None or status.share_moved_lately is None:
+    if status.share_moved is None or status.share_moved_recently is None:
         return "no action yet"
     texts = f"{status.share_moved:.0%} of {status.n_actions:,} actions moved an object"
-    lately = f", {status.share_moved_lately:.0%} of the last {LATEST_ACTIONS}"
-    return texts + (lately if status.n_actions > LATEST_ACTIONS else "")
+    recently = f", {status.share_moved_recently:.0%} of the last {LATEST_ACTIONS}"
+    return texts + (recently if status.n_actions > LATEST_ACTIONS else "")
 
 
 def _range(values: NDArray[np.float64]) -> tuple[float, float]:

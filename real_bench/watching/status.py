@@ -53,7 +53,7 @@ class PlayStatus:
         return float(self.moved.mean()) if self.n_actions else None
 
     @property
-    def share_moved_lately(self) -> float | None:
+    def share_moved_recently(self) -> float | None:
         """The same of the last 500 actions."""
         return float(self.moved[-LATEST_ACTIONS:].mean()) if self.n_actions else None
 
@@ -89,7 +89,7 @@ class PlayStatus:
             "steps_asked": self.total_steps,
             "actions": self.n_actions,
             "share_of_actions_that_moved_an_object": self.share_moved,
-            f"of_the_last_{LATEST_ACTIONS}": self.share_moved_lately,
+            f"of_the_last_{LATEST_ACTIONS}": self.share_moved_recently,
             "logged": latest,
         }
 

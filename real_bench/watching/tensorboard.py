@@ -9,7 +9,7 @@ from real_bench.extras import extra
 from real_bench.files import OutputError, check_folder
 from real_bench.watching.following import Moment
 
-ACTIONS_A_POINT = 100
+ACTIONS_PER_POINT = 100
 """Actions per point of the share that moved an object."""
 
 
@@ -43,8 +43,8 @@ class EventFiles:
         status = moment.status
         if moment.speed is not None:
             self._scalar("play/steps a second", moment.speed, status.n_steps)
-        while self._n_actions + ACTIONS_A_POINT <= status.n_actions:
-            end = self._n_actions + ACTIONS_A_POINT
+        while self._n_actions + ACTIONS_PER_POINT <= status.n_actions:
+            end = self._n_actions + ACTIONS_PER_POINT
             share = float(status.moved[self._n_actions : end].mean())
             step = int(status.ended_at[end - 1])
             self._scalar("play/share of actions that moved an object", share, step)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from real_bench.exporting.minari import LOWEST
+from real_bench.exporting.minari import MIN_VERSION
 from real_bench.extras import MissingExtraError, extra
 from real_bench.recording import Recording
 from real_bench.recording.columns import flat
@@ -97,7 +97,7 @@ def load(folder: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> Any:
 @pytest.fixture
 def with_minari() -> None:
     """Skips where Minari cannot be had: it needs Python 3.11."""
-    pytest.importorskip("minari", minversion=LOWEST)
+    pytest.importorskip("minari", minversion=MIN_VERSION)
 
 
 @pytest.mark.usefixtures("with_minari")
@@ -236,5 +236,5 @@ def test_missing_library_is_named(
 def test_outdated_library_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("real_bench.extras.version", lambda _: "0.5.3")
     with pytest.raises(MissingExtraError, match=r"needs json 0\.5\.4, and 0\.5\.3 is installed"):
-        extra("json.decoder", "minari", LOWEST)
+        extra("json.decoder", "minari", MIN_VERSION)
     assert extra("json.decoder", "minari", "0.5.3").__name__ == "json.decoder"

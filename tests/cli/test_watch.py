@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from real_bench.recording import Recording
 from real_bench.watching import follow, read_status
-from real_bench.watching.curves import ASCII, BLOCKS, curve, in_bins
+from real_bench.watching.curves import ASCII, BLOCKS, bin_means, curve
 from tests.cli.shell import COMMAND, heed_ctrl_c, realbench
 from tests.phases.conftest import toy
 from tests.recording.bench import realbench as command
@@ -165,10 +165,12 @@ def test_curve_is_higher_where_its_value_is_higher(
     lines = curve(given, height, low, high, letters)
     assert len(lines) == height
     assert {len(line) for line in lines} == {len(values)}
-    filled = [sum(letters.index(line[column]) for line in lines) for column in range(len(values))]
-    for one, first in zip(given, filled, strict=True):
+    drop_empty_columns = [
+        sum(letters.index(line[column]) for line in lines) for column in range(len(values))
+    ]
+    for one, first in zip(given, drop_empty_columns, strict=True):
         assert (first == 0) == bool(np.isnan(one))
-        for other, second in zip(given, filled, strict=True):
+        for other, second in zip(given, drop_empty_columns, strict=True):
             if one < other:
                 assert first <= second
 
@@ -176,7 +178,7 @@ def test_curve_is_higher_where_its_value_is_higher(
 @given(st.lists(st.tuples(st.integers(1, 1000), st.floats(-9, 9)), max_size=50), st.integers(1, 30))
 def test_bins_hold_the_mean_of_their_values(points: list[tuple[int, float]], n_bins: int) -> None:
     steps, values = [step for step, _ in points], [value for _, value in points]
-    means = in_bins(steps, values, 1000, n_bins)
+    means = bin_means(steps, values, 1000, n_bins)
     assert means.shape == (n_bins,)
     for number, mean in enumerate(means):
         mine = [v for s, v in points if min(int(s * n_bins / 1000), n_bins - 1) == number]

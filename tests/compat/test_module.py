@@ -170,9 +170,9 @@ def test_unknown_keys_are_ignored_with_one_warning(caplog: pytest.LogCaptureFixt
     actions = OfficialActions("mine.py", JointControl())
     plain = {"joint_command": None, "render": True}
     with caplog.at_level(logging.WARNING):
-        assert actions.known(plain) is plain
+        assert actions.drop_unknown_keys(plain) is plain
         for _ in range(3):
-            assert actions.known({**plain, "speed": 2, 7: None}) == plain
+            assert actions.drop_unknown_keys({**plain, "speed": 2, 7: None}) == plain
     assert len(caplog.records) == 1
     assert "'speed'" in caplog.text
     assert "mine.py" in caplog.text
@@ -180,4 +180,4 @@ def test_unknown_keys_are_ignored_with_one_warning(caplog: pytest.LogCaptureFixt
 
 @pytest.mark.parametrize("strange", [None, [1, 2], "left", 3.0])
 def test_non_dict_actions_are_left_to_the_control(strange: object) -> None:
-    assert OfficialActions("mine.py", JointControl()).known(strange) is strange
+    assert OfficialActions("mine.py", JointControl()).drop_unknown_keys(strange) is strange

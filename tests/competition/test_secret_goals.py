@@ -8,7 +8,7 @@ import pytest
 
 from real_bench.errors import GoalSetError
 from real_bench.goal_sets import generate_goal_set, load_goal_set
-from real_bench.goal_sets.secret import Opening, draw_secret_goals, drawn_again, read_opening
+from real_bench.goal_sets.secret import Opening, draw_secret_goals, is_reproduced, read_opening
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench
 from tests.competition.five import GOOD, rounds, submission
@@ -45,10 +45,10 @@ def test_secret_goals_are_unique_and_cannot_be_chosen(builtin_scene: Scene) -> N
     one, opening = draw_secret_goals(builtin_scene, 1, counts)
     other, _ = draw_secret_goals(builtin_scene, 1, counts)
     assert one.sha256 != other.sha256
-    assert drawn_again(one, opening, builtin_scene)
+    assert is_reproduced(one, opening, builtin_scene)
     chosen = Opening(seed=5, salt=opening.salt, goals_sha256=other.sha256)
     chosen.check(other, chosen.commitment)
-    assert not drawn_again(other, chosen, builtin_scene)
+    assert not is_reproduced(other, chosen, builtin_scene)
     with pytest.raises(GoalSetError, match="not the goals that were committed to"):
         opening.check(other, opening.commitment)
     with pytest.raises(GoalSetError, match="commitment"):

@@ -131,7 +131,7 @@ def test_cluster_without_workers_is_given_up_with_an_error(
     told: list[ExperimentProgress] = []
     with pytest.raises(ExperimentError, match=f"no worker for 3 s: .*{cluster.address}"):
         JobScheduler(clusters.Cluster(cluster.address), 2).do(
-            ExperimentPlan(spec).left(), told.append
+            ExperimentPlan(spec).pending(), told.append
         )
-    assert told[0].waits_for == f"a worker (dask worker {cluster.address})"
+    assert told[0].waiting_for == f"a worker (dask worker {cluster.address})"
     assert told[0].n_jobs == 0

@@ -21,7 +21,7 @@ def a_play(write_spec: WriteSpec, controller: str = "real_r", steps: int = 3000)
     cell = {"controller": controller, "condition": "OM", "name": "cell"}
     spec = read_spec(write_spec(cells=[cell], steps=steps))
     spec.results_folder.mkdir()
-    return ExperimentPlan(spec).left().plays[0]
+    return ExperimentPlan(spec).pending().plays[0]
 
 
 def test_job_survives_serialisation(write_spec: WriteSpec) -> None:

@@ -36,7 +36,7 @@ class Rehearsal:
             report(job.n_steps // 2)
             self.done.append(job.name)
 
-    def waits_for(self) -> str:
+    def waiting_for(self) -> str:
         return ""
 
     def stop(self) -> None:
@@ -45,7 +45,7 @@ class Rehearsal:
 
 @pytest.fixture
 def work(spec: Spec) -> PendingJobs:
-    return ExperimentPlan(spec).left()
+    return ExperimentPlan(spec).pending()
 
 
 def lost() -> WorkerLostError:

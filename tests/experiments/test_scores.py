@@ -61,7 +61,7 @@ def test_incomplete_repeat_does_not_count(drawn: Spec) -> None:
     assert row.summary.score.interval is not None
     assert row.summary.score.interval.over == "goals"  # one play
     assert cells(row)[6] == "-"
-    left = ExperimentPlan(drawn).left()
+    left = ExperimentPlan(drawn).pending()
     assert [job.name for job in left.scorings][:1] == ["real_r-OM-1-seed1-few"]
     assert [job.name for job in left.plays] == ["random-1-seed0", "random-1-seed1"]
 
@@ -69,7 +69,7 @@ def test_incomplete_repeat_does_not_count(drawn: Spec) -> None:
 def test_play_that_no_test_needs_is_not_made(drawn: Spec) -> None:
     for cell in (0, 1):
         keep(drawn, cell, repeat=0)
-    assert [job.name for job in ExperimentPlan(drawn).left().plays] == ["random-1-seed1"]
+    assert [job.name for job in ExperimentPlan(drawn).pending().plays] == ["random-1-seed1"]
 
 
 @pytest.mark.parametrize(
@@ -94,8 +94,8 @@ def test_result_of_another_experiment_is_refused(
     ):
         rows_of(drawn, ExperimentPlan(drawn))
     with pytest.raises(ExperimentError, match=told):
-        ExperimentPlan(drawn).left()
-    assert kept.stem in [job.name for job in ExperimentPlan(drawn).left(overwrite=True).scorings]
+        ExperimentPlan(drawn).pending()
+    assert kept.stem in [job.name for job in ExperimentPlan(drawn).pending(overwrite=True).scorings]
 
 
 def test_result_with_other_settings_is_refused(write_spec: WriteSpec, builtin_scene: Scene) -> None:
@@ -171,7 +171,7 @@ def test_every_format_holds_every_row(drawn: Spec) -> None:
 
 
 def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
-    job = ExperimentPlan(drawn).left().plays[0]
+    job = ExperimentPlan(drawn).pending().plays[0]
     phase = IntrinsicPhase(
         "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 3000, 0, job.out
     )
@@ -179,7 +179,7 @@ def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
     camera = phase.scene.manifest.camera
     with Recorder.begin(job.out, header, 4, 3000, camera, overwrite=False):
         assert state_of(job) == JobState("unfinished")
-    assert job.name in [play.name for play in ExperimentPlan(drawn).left().plays]
+    assert job.name in [play.name for play in ExperimentPlan(drawn).pending().plays]
 
 
 @pytest.mark.parametrize(
@@ -193,13 +193,13 @@ def test_a_play_of_another_experiment_is_refused(
     drawn: Spec, write_spec: WriteSpec, changes: dict[str, Any], told: str
 ) -> None:
     plan = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
-    out = ExperimentPlan(drawn).left().plays[0].out
+    out = ExperimentPlan(drawn).pending().plays[0].out
     realbench(drawn.folder, "intrinsic", *plan, "--steps", "3000", "--out", out)
     other = read_spec(write_spec(**changes))
     if "seed" in changes:
         out.rename(out.with_name("random-1-seed1.h5"))
     with pytest.raises(ExperimentError, match=told):
-        ExperimentPlan(other).left()
+        ExperimentPlan(other).pending()
 
 
 def test_other_lengths_and_goals_than_published_are_marked(
@@ -222,4 +222,4 @@ def test_other_lengths_and_goals_than_published_are_marked(
 def test_part_of_the_goals_is_no_repeat_and_is_continued(drawn: Spec) -> None:
     keep(drawn, n_trials=1, goal_numbers=(0,))
     assert rows_of(drawn, ExperimentPlan(drawn))[0].seeds == ()
-    assert "real_r-OM-1-seed0-few" in [job.name for job in ExperimentPlan(drawn).left().scorings]
+    assert "real_r-OM-1-seed0-few" in [job.name for job in ExperimentPlan(drawn).pending().scorings]

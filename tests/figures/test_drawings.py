@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from PIL import Image
 
 from real_bench.figures import FIGURES, Drawing, FigureData, FigureKind
-from real_bench.figures.style import COLUMN_CM, DOTS_AN_INCH, PAGE_CM, in_style, sign
+from real_bench.figures.style import COLUMN_CM, DOTS_PER_INCH, PAGE_CM, in_style, line_style
 from tests.figures.bench import only
 
 SMALLEST_PT = 8
@@ -49,7 +49,7 @@ def printed(some: FigureData) -> dict[str, Printed]:
 @kinds
 def test_picture_has_a_printable_width(kind: FigureKind, printed: dict[str, Printed]) -> None:
     with Image.open(io.BytesIO(printed[kind.name].png)) as picture:
-        width_cm = picture.width / DOTS_AN_INCH * INCH_CM
+        width_cm = picture.width / DOTS_PER_INCH * INCH_CM
         assert any(abs(width_cm - wanted) < 0.02 for wanted in (COLUMN_CM, PAGE_CM))
         assert picture.height > 400
         assert len(picture.convert("L").getcolors(1 << 20) or []) > 10
@@ -116,5 +116,5 @@ def test_matplotlib_settings_of_the_user_have_no_effect(
 
 
 def test_lines_differ_without_colour() -> None:
-    signs = [(sign(number).line, sign(number).marker) for number in range(28)]
+    signs = [(line_style(number).line, line_style(number).marker) for number in range(28)]
     assert len(set(signs)) == 28

@@ -8,8 +8,8 @@ from real_bench.errors import GoalSetError, PhysicsError, SceneError
 from real_bench.goal_sets import generate_goal_set, generator, save_goal_set
 from real_bench.goal_sets.generator import (
     MAX_DRIFT,
-    OBJECTS_APART_M,
-    START_TO_GOAL_M,
+    MIN_OBJECT_DISTANCE_M,
+    MIN_START_TO_GOAL_M,
     _quaternion_distance,
     _random_quaternions,
     _stays,
@@ -56,13 +56,13 @@ def test_goal_set_records_its_origin(scene, goal_set):
 def test_every_object_starts_away_from_its_goal(goal_set):
     for goal in goal_set.goals:
         way = np.linalg.norm(goal.initial_poses[:, :2] - goal.final_poses[:, :2], axis=1)
-        assert (way >= START_TO_GOAL_M).all()
+        assert (way >= MIN_START_TO_GOAL_M).all()
 
 
 def test_objects_are_kept_apart_except_in_3d(states):
     for challenge, poses in states:
         for a, b in itertools.combinations(poses[:, :3], 2):
-            assert challenge == "3D" or np.linalg.norm(a - b) >= OBJECTS_APART_M
+            assert challenge == "3D" or np.linalg.norm(a - b) >= MIN_OBJECT_DISTANCE_M
 
 
 def test_orientations_are_kept_except_in_3d(scene, states):

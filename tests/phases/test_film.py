@@ -12,7 +12,7 @@ from real_bench.errors import RealBenchError
 from real_bench.files import OutputError
 from real_bench.goal_sets import GoalSet
 from real_bench.phases import film
-from real_bench.phases.film import STEPS_A_FRAME
+from real_bench.phases.film import STEPS_PER_FRAME
 from real_bench.phases.trial import TrialMaker
 from tests.outside.bench import after_first_line
 from tests.phases.conftest import FaceGoals
@@ -24,11 +24,11 @@ LABEL_HEIGHT = 24
 
 def test_filming_and_drawing_change_no_score(face_goals: FaceGoals, goals: GoalSet) -> None:
     folders = {"videos": Path("films"), "pictures": Path("pictures")}
-    filmed = face_goals("real_r", n_trials=2, trial_steps=TRIAL_STEPS, **folders)
+    film_trial = face_goals("real_r", n_trials=2, trial_steps=TRIAL_STEPS, **folders)
     plain = face_goals("real_r", n_trials=2, trial_steps=TRIAL_STEPS, out="plain.json")
-    assert filmed.trials == plain.trials
+    assert film_trial.trials == plain.trials
     height, width = goals.goals[0].mask.shape
-    for number in filmed.setting.goal_numbers:
+    for number in film_trial.setting.goal_numbers:
         check_film(Path("films") / f"trial-{number:02d}.mp4", goals.goals[number].retina)
         with Image.open(Path("pictures") / f"trial-{number:02d}.png") as picture:
             picture.load()
@@ -41,7 +41,7 @@ def check_film(path: Path, goal: np.ndarray) -> None:
         stream = opened.streams.video[0]
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")
         frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(stream)]
-    assert len(frames) == 1 + TRIAL_STEPS // STEPS_A_FRAME
+    assert len(frames) == 1 + TRIAL_STEPS // STEPS_PER_FRAME
     height, width, _ = goal.shape
     assert all(frame.shape == (LABEL_HEIGHT + height, 2 * width, 3) for frame in frames)
     beside = frames[-1][LABEL_HEIGHT:, width:].astype(float)

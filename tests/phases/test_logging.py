@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from real_bench.errors import ControllerError
-from real_bench.logbook import LONGEST_NAME, MOST_ENTRIES, add_entry, take_entries
+from real_bench.logbook import MAX_ENTRIES, MAX_NAME_LENGTH, add_entry, take_entries
 from real_bench.recording import Recording
 from tests.phases.conftest import FaceGoals, Play, toy
 from tests.recording.bench import SCENE, realbench, recorded_steps, start, wait_for
@@ -65,8 +65,8 @@ def test_killed_run_neither_loses_nor_repeats_numbers(play: Play, tmp_path) -> N
 
 def test_only_the_last_of_too_many_numbers_are_kept(play: Play) -> None:
     rows = noted(play(toy("logs:Endless"), 2000))
-    assert len(rows) == 2 * MOST_ENTRIES
-    assert [row[3] for row in rows[:MOST_ENTRIES]] == list(range(20_000, 30_000))
+    assert len(rows) == 2 * MAX_ENTRIES
+    assert [row[3] for row in rows[:MAX_ENTRIES]] == list(range(20_000, 30_000))
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ class Noter:
 def test_entries_taken_are_those_added(entries: list[tuple[str, float]]) -> None:
     controller, kept = Noter(), []
     for name, value in entries:
-        if name.isprintable() and 1 <= len(name.encode()) <= LONGEST_NAME:
+        if name.isprintable() and 1 <= len(name.encode()) <= MAX_NAME_LENGTH:
             add_entry(controller, name, value)
             kept.append((name, value))
         else:

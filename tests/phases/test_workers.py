@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.locks import own_folder
-from real_bench.phases.workers import _do, _Here
+from real_bench.locks import temporary_folder
+from real_bench.phases.workers import _run_task, _WorkerState
 from tests.recording.bench import PATIENCE_S
 
 DIES_AT_ONCE = """
@@ -51,28 +51,28 @@ def test_folder_of_a_killed_process_is_removed_by_the_next(
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     killed = (
         "import os, signal\n"
-        "from real_bench.locks import own_folder\n"
-        "with own_folder('mine-') as folder:\n"
+        "from real_bench.locks import temporary_folder\n"
+        "with temporary_folder('mine-') as folder:\n"
         "    (folder / 'part').write_text('kept')\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     environment = {**os.environ, "TMPDIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", killed], env=environment, check=False)
     (left,) = tmp_path.glob("mine-*")
-    with own_folder("mine-") as first, own_folder("mine-") as second:
+    with temporary_folder("mine-") as first, temporary_folder("mine-") as second:
         assert not left.exists()
         assert first.exists()
         assert first != second
-        with own_folder("other-"):
+        with temporary_folder("other-"):
             assert len(list(tmp_path.glob("[!.]*"))) == 3
     assert list(tmp_path.iterdir()) == []
 
 
 MANY = """
-from real_bench.locks import own_folder
+from real_bench.locks import temporary_folder
 
 for _ in range(200):
-    with own_folder("mine-") as folder:
+    with temporary_folder("mine-") as folder:
         (folder / "part").touch()
 """
 
@@ -89,9 +89,9 @@ def test_results_pass_by_file_not_through_the_pipe(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So little that it arrives at once or not at all, whenever a worker is killed."""
-    monkeypatch.setattr(_Here, "folder", tmp_path, raising=False)
-    monkeypatch.setattr(_Here, "worker", bytes)
-    done = _do(5_000_000)
+    monkeypatch.setattr(_WorkerState, "folder", tmp_path, raising=False)
+    monkeypatch.setattr(_WorkerState, "worker", bytes)
+    done = _run_task(5_000_000)
     assert len(pickle.dumps(done)) < select.PIPE_BUF
     assert pickle.loads(done.read_bytes()) == bytes(5_000_000)
 
@@ -104,8 +104,8 @@ def test_folder_is_removed_whatever_it_contains(tmp_path: Path, trap: str) -> No
     }
     told = (
         "import os\n"
-        "from real_bench.locks import own_folder\n"
-        "with own_folder('mine-') as folder:\n"
+        "from real_bench.locks import temporary_folder\n"
+        "with temporary_folder('mine-') as folder:\n"
         "    os.chdir(folder)\n"
         f"    {traps[trap]}\n"
     )
@@ -119,6 +119,6 @@ def test_only_our_own_folders_are_removed(tmp_path: Path, monkeypatch: pytest.Mo
     notes = tmp_path / "mine-notes"
     notes.mkdir()
     (tmp_path / f"mine-{'0' * 32}").symlink_to(notes)
-    with own_folder("mine-"):
+    with temporary_folder("mine-"):
         pass
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"mine-{'0' * 32}", "mine-notes"]

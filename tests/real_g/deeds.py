@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
-from real_bench.real_g.hand import Deed, Hand, Push, deed_of
+from real_bench.real_g.hand import Hand, Primitive, Push, primitive_of
 from real_bench.simulation.scene import load_scene
 from real_bench.spaces import action_space
 
@@ -21,19 +21,19 @@ def _space(condition: str) -> Any:
 
 
 HAND, PUSH = Hand(_space("OC")), Push(_space("OM"))
-DEEDS: tuple[Deed, ...] = (HAND, PUSH)
+DEEDS: tuple[Primitive, ...] = (HAND, PUSH)
 JOINTS = _space("OJ")
 
-__all__ = ["DEEDS", "HAND", "JOINTS", "PUSH", "deed_of", "drawn", "numbers_of", "rows"]
+__all__ = ["DEEDS", "HAND", "JOINTS", "PUSH", "drawn", "numbers_of", "primitive_of", "rows"]
 
 
-def drawn(deed: Deed, n: int, seed: int = 0) -> Array:
+def drawn(deed: Primitive, n: int, seed: int = 0) -> Array:
     """Numbers of n actions."""
     return np.random.default_rng(seed).uniform(deed.low, deed.high, (n, len(deed.low)))
 
 
 @st.composite
-def numbers_of(draw: st.DrawFn, deed: Deed) -> Array:
+def numbers_of(draw: st.DrawFn, deed: Primitive) -> Array:
     """Numbers of an action, ends of their ranges included."""
     shares = draw(st.lists(st.floats(0, 1), min_size=len(deed.low), max_size=len(deed.low)))
     return deed.low + np.array(shares) * (deed.high - deed.low)

@@ -20,10 +20,10 @@ def test_blob_has_the_place_size_and_shape_of_its_patch(
     marked = np.zeros((240, 320), bool)
     marked[row : row + down, column : column + across] = True
     (blob,) = find_blobs(table(), marked)
-    np.testing.assert_allclose(blob.place, [column + (across - 1) / 2, row + (down - 1) / 2])
+    np.testing.assert_allclose(blob.position, [column + (across - 1) / 2, row + (down - 1) / 2])
     assert blob.size == across * down
     longer, broad = max(across, down), min(across, down)
-    np.testing.assert_allclose(blob.stretch, longer / broad)
+    np.testing.assert_allclose(blob.elongation, longer / broad)
     if across != down:
         upright = abs(np.sin(blob.axis)) > 0.5
         assert upright == (down > across)
@@ -47,7 +47,7 @@ def test_touching_objects_are_split_by_colour() -> None:
     assert merged.size == 2 * SIDE**2
     for part, place in zip(split_blobs(image, marked, looks), places, strict=True):
         assert part is not None
-        np.testing.assert_allclose(part.place, place + (SIDE - 1) / 2, atol=1.5)
+        np.testing.assert_allclose(part.position, place + (SIDE - 1) / 2, atol=1.5)
 
 
 def test_split_finds_nothing_in_an_empty_mask() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from real_bench.errors import RealBenchError
-from real_bench.real_g.foreground import MOST_KEPT, Foreground
+from real_bench.real_g.foreground import MAX_KEPT, Foreground
 from tests.real_g.pictures import BLUE, RED, SIDE, painted
 
 
@@ -24,7 +24,7 @@ def scattered(n: int, k: int = 1, seed: int = 1) -> np.ndarray:
 
 def test_only_what_moves_is_marked() -> None:
     places = scattered(12)
-    marked = looked_at(places, (RED,)).marked(painted(places[5], (RED,)))
+    marked = looked_at(places, (RED,)).mask(painted(places[5], (RED,)))
     column, row = places[5, 0].astype(int)
     expected = np.zeros((240, 320), bool)
     expected[row : row + SIDE, column : column + SIDE] = True
@@ -35,10 +35,10 @@ def test_objects_are_background_until_they_move() -> None:
     places = scattered(12, 2)
     places[:, 1] = 210  # a blue thing that nobody moves
     foreground = looked_at(places, (RED, BLUE))
-    assert not foreground.marked(painted(places[3], (RED, BLUE)))[205:].any()
+    assert not foreground.mask(painted(places[3], (RED, BLUE)))[205:].any()
     moved = places[3].copy()
     moved[1] = 20, 180
-    assert foreground.marked(painted(moved, (RED, BLUE)))[185, 25]
+    assert foreground.mask(painted(moved, (RED, BLUE)))[185, 25]
 
 
 def test_image_like_the_last_one_is_not_added() -> None:
@@ -49,8 +49,8 @@ def test_image_like_the_last_one_is_not_added() -> None:
 
 
 def test_number_of_kept_images_is_limited() -> None:
-    foreground = looked_at(scattered(MOST_KEPT + 40), (RED,))
-    assert len(foreground._kept) == MOST_KEPT
+    foreground = looked_at(scattered(MAX_KEPT + 40), (RED,))
+    assert len(foreground._kept) == MAX_KEPT
 
 
 def test_state_restores_the_background_and_copies_are_independent() -> None:
@@ -60,7 +60,7 @@ def test_state_restores_the_background_and_copies_are_independent() -> None:
     heir.set_state(foreground.get_state())
     image = painted(places[7], (RED,))
     for other in (heir, twin):
-        np.testing.assert_array_equal(other.marked(image), foreground.marked(image))
+        np.testing.assert_array_equal(other.mask(image), foreground.mask(image))
     twin.add(painted(scattered(1, seed=9)[0], (BLUE,)))
     assert len(twin._kept) == len(foreground._kept) + 1
 
@@ -69,4 +69,4 @@ def test_without_images_there_is_no_background() -> None:
     foreground = Foreground(np.random.default_rng(0))
     assert not foreground.is_known
     with pytest.raises(RealBenchError, match="no background"):
-        foreground.marked(painted(scattered(1)[0], (RED,)))
+        foreground.mask(painted(scattered(1)[0], (RED,)))

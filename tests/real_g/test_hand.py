@@ -9,14 +9,14 @@ from hypothesis import given
 from real_bench.actions import check_action
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
-from real_bench.real_g.hand import Deed, pointing_down
-from tests.real_g.deeds import DEEDS, HAND, JOINTS, PUSH, deed_of, drawn, numbers_of
+from real_bench.real_g.hand import Primitive, pointing_down
+from tests.real_g.deeds import DEEDS, HAND, JOINTS, PUSH, drawn, numbers_of, primitive_of
 
 
 @given(numbers=numbers_of(HAND))
 def test_numbers_of_a_hand_action_can_be_recovered(numbers: Any) -> None:
     action = HAND.action(numbers)
-    read = HAND.numbers(action)
+    read = HAND.parameters(action)
     assert read is not None
     np.testing.assert_allclose(HAND.action(read).commands, action.commands, atol=1e-9)
     assert action.duration == HAND.steps == HAND.rest().duration
@@ -26,7 +26,7 @@ def test_numbers_of_a_hand_action_can_be_recovered(numbers: Any) -> None:
 @given(numbers=numbers_of(PUSH))
 def test_numbers_of_a_push_can_be_recovered(numbers: Any) -> None:
     action = PUSH.action(numbers)
-    np.testing.assert_array_equal(PUSH.numbers(action), numbers)
+    np.testing.assert_array_equal(PUSH.parameters(action), numbers)
     assert action.duration == PUSH.steps
     check_action(action, CONTROLS["M"]())
 
@@ -49,14 +49,14 @@ def test_hand_points_straight_down_unless_it_leans() -> None:
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_cut_actions_and_rests_have_no_numbers(deed: Deed) -> None:
+def test_cut_actions_and_rests_have_no_numbers(deed: Primitive) -> None:
     action = deed.action(drawn(deed, 1)[0])
-    assert deed.numbers(action.first(deed.steps - 1)) is None
-    assert deed.numbers(deed.rest()) is None
+    assert deed.parameters(action.first(deed.steps - 1)) is None
+    assert deed.parameters(deed.rest()) is None
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_path_begins_and_ends_where_its_numbers_say(deed: Deed) -> None:
+def test_path_begins_and_ends_where_its_numbers_say(deed: Primitive) -> None:
     numbers = drawn(deed, 1)[0]
     path = deed.path(numbers)
     np.testing.assert_array_equal(path[0, :2], numbers[list(deed.start)])
@@ -67,4 +67,4 @@ def test_bad_numbers_and_spaces_are_refused() -> None:
     with pytest.raises(RealBenchError, match="16 numbers"):
         HAND.action(np.zeros(14))
     with pytest.raises(RealBenchError, match="M or C"):
-        deed_of(JOINTS)
+        primitive_of(JOINTS)

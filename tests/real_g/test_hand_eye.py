@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import check_grad
 
 from real_bench.errors import RealBenchError
-from real_bench.real_g.hand_eye import Contingencies, HandEye, _Problem, along
+from real_bench.real_g.hand_eye import Contingencies, HandEye, _Problem, resample_path
 
 LOW, HIGH = np.array([-0.25, -0.5]), np.array([0.05, 0.5])
 
@@ -19,7 +19,7 @@ def world(n: int, turn: float, mirror: bool, seed: int, chance: bool = False) ->
     linear = 0.006 * np.array([[c, s], [-s, c]]) @ np.diag([1.0, -1.1 if mirror else 1.1])
     xy = random.uniform(LOW, HIGH, (n, 2))
     ends = random.uniform(LOW, HIGH, (n, 2, 2))
-    paths = np.array([along(path) for path in ends])
+    paths = np.array([resample_path(path) for path in ends])
     way = ends[:, 1] - ends[:, 0]
     way /= np.linalg.norm(way, axis=1, keepdims=True)
     moved = np.linalg.norm(paths - xy[:, None], axis=2).min(axis=1) < 0.06
@@ -89,7 +89,7 @@ def test_state_restores_the_map() -> None:
 @given(n=st.integers(2, 40), seed=st.integers(0, 99))
 def test_points_along_a_path_begin_and_end_with_it(n: int, seed: int) -> None:
     corners = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
-    points = along(corners, n)
+    points = resample_path(corners, n)
     assert points.shape == (n, 3)
     np.testing.assert_allclose(points[[0, -1]], corners[[0, -1]])
 

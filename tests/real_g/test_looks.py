@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from real_bench.real_g.blobs import Blob, find_blobs
-from real_bench.real_g.looks import Looks
+from real_bench.real_g.looks import Appearances
 from tests.real_g.pictures import BLUE, GREEN, RED, painted, table
 
 COLOURS = (RED, BLUE, GREEN)
@@ -28,8 +28,8 @@ def few_blobs() -> list[list[Blob]]:
     return [blobs_at(places) for places in apart(20, 0)]
 
 
-def learned() -> Looks:
-    looks = Looks()
+def learned() -> Appearances:
+    looks = Appearances()
     looks.learn(few_blobs())
     return looks
 
@@ -42,8 +42,8 @@ def test_objects_are_counted() -> None:
 def test_objects_keep_their_order_wherever_they_are(seed: int, order: list[int]) -> None:
     looks = learned()
     places = apart(1, seed)[0]
-    first = looks.sort(blobs_at(apart(1, 0)[0]))
-    found = looks.sort([blobs_at(places)[k] for k in order])
+    first = looks.assign(blobs_at(apart(1, 0)[0]))
+    found = looks.assign([blobs_at(places)[k] for k in order])
     assert None not in found
     for one, other in zip(first, found, strict=True):
         assert one is not None
@@ -61,22 +61,22 @@ def test_learning_more_keeps_the_order() -> None:
 def test_unseen_object_is_missing() -> None:
     looks = learned()
     blobs = blobs_at(apart(1, 0)[0])
-    found = looks.sort(blobs[:2])
+    found = looks.assign(blobs[:2])
     assert sum(thing is None for thing in found) == 1
-    assert looks.may_hide(blobs[:2])
-    assert not looks.may_hide(blobs)
+    assert looks.may_be_merged(blobs[:2])
+    assert not looks.may_be_merged(blobs)
 
 
 def test_restored_looks_sort_blobs_the_same() -> None:
-    looks, heir = learned(), Looks()
+    looks, heir = learned(), Appearances()
     heir.set_state(looks.get_state())
     blobs = blobs_at(apart(1, 3)[0])
-    for one, other in zip(looks.sort(blobs), heir.sort(blobs), strict=True):
+    for one, other in zip(looks.assign(blobs), heir.assign(blobs), strict=True):
         assert one is other
 
 
 def test_nothing_is_learned_without_blobs() -> None:
-    looks = Looks()
+    looks = Appearances()
     looks.learn([[], []])
     assert len(looks) == 0
-    assert looks.sort([]) == []
+    assert looks.assign([]) == []

@@ -7,36 +7,36 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
-from real_bench.real_g.hand import Deed
-from real_bench.real_g.memory import DeedMemory, aimed, pushed_from
-from real_bench.real_g.relation import Relation, turned
+from real_bench.real_g.hand import Primitive
+from real_bench.real_g.memory import ActionMemory, push_starts, sample_near_object
+from real_bench.real_g.relation import Relation, rotate
 from tests.real_g.deeds import DEEDS, HAND, PUSH, drawn, rows
 
 Array = NDArray[np.float64]
 
 
-def practised(deed: Deed, n: int = 100, seed: int = 0) -> DeedMemory:
+def practised(deed: Primitive, n: int = 100, seed: int = 0) -> ActionMemory:
     """A memory of n random actions, some of which went well."""
-    memory, random = DeedMemory(Relation(deed)), np.random.default_rng(seed)
+    memory, random = ActionMemory(Relation(deed)), np.random.default_rng(seed)
     for row, numbers in zip(rows(n, seed), drawn(deed, n, seed), strict=True):
-        memory.did(row, numbers, float(random.random()))
-    memory.did(rows(1, seed)[0], drawn(deed, 1, seed + 1)[0], 1.0)
+        memory.record(row, numbers, float(random.random()))
+    memory.record(rows(1, seed)[0], drawn(deed, 1, seed + 1)[0], 1.0)
     return memory
 
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 1000))
-def test_action_relative_to_an_object_can_be_repeated(deed: Deed, seed: int) -> None:
+def test_action_relative_to_an_object_can_be_repeated(deed: Primitive, seed: int) -> None:
     relation, numbers, row = Relation(deed), drawn(deed, 1, seed), rows(1, seed)
     far = np.linalg.norm(numbers[0, list(deed.end)] - row[0, :2]) > 0.2
-    again = DeedMemory(relation).placed(row[0], relation.told(row, numbers))
-    if deed.turn is not None or (far and _comes_by(relation, row, numbers)):
+    again = ActionMemory(relation).absolute(row[0], relation.relative(row, numbers))
+    if deed.yaw is not None or (far and _comes_by(relation, row, numbers)):
         np.testing.assert_allclose(again, numbers, atol=1e-9)
 
 
 def _comes_by(relation: Relation, row: Array, numbers: Array) -> bool:
     """Whether a push's end lies ahead of its object."""
-    ahead = turned(numbers[:, relation.deed.end] - row[:, :2], -relation.angle(numbers))
+    ahead = rotate(numbers[:, relation.primitive.end] - row[:, :2], -relation.angle(numbers))
     return bool(ahead[0, 0] > 0)
 
 
@@ -45,23 +45,23 @@ def test_push_passes_its_object_at_the_given_offset(seed: int) -> None:
     random = np.random.default_rng(seed)
     place, ends = random.uniform(-0.2, 0.2, 2), random.uniform(-1, 1, (5, 2))
     offsets = random.uniform(-0.05, 0.05, (5, 2))
-    starts = pushed_from(place, offsets, ends)
+    starts = push_starts(place, offsets, ends)
     way = ends - starts
     angle = np.arctan2(way[:, 1], way[:, 0])
     ahead = np.linalg.norm(ends - place, axis=1) > 0.15
-    told = turned(starts - place, -angle)
+    told = rotate(starts - place, -angle)
     np.testing.assert_allclose(told[ahead], offsets[ahead], atol=1e-9)
 
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 200))
-def test_proposed_actions_are_in_range_and_end_where_asked(deed: Deed, seed: int) -> None:
+def test_proposed_actions_are_in_range_and_end_where_asked(deed: Primitive, seed: int) -> None:
     relation, random = Relation(deed), np.random.default_rng(seed)
     memory, before = practised(deed, seed=seed), rows(1, seed)
     ends = drawn(deed, 30, seed + 1)[:, list(deed.end)]
     for thought in (
-        memory.varied(before[0], ends, random),
-        aimed(relation, before[0], ends, random),
+        memory.sample_variations(before[0], ends, random),
+        sample_near_object(relation, before[0], ends, random),
     ):
         assert (thought >= deed.low).all()
         assert (thought <= deed.high).all()
@@ -69,19 +69,22 @@ def test_proposed_actions_are_in_range_and_end_where_asked(deed: Deed, seed: int
 
 
 def test_actions_that_work_are_kept_and_lucky_ones_given_up() -> None:
-    memory, random = DeedMemory(Relation(HAND)), np.random.default_rng(0)
+    memory, random = ActionMemory(Relation(HAND)), np.random.default_rng(0)
     row, (real, lucky) = rows(1)[0], drawn(HAND, 2, 1)
     for numbers in drawn(HAND, 60, 2):
-        memory.did(row, numbers, 0.1)
-    memory.did(row, real, 1.0)
-    memory.did(row, lucky, 1.0)
+        memory.record(row, numbers, 0.1)
+    memory.record(row, real, 1.0)
+    memory.record(row, lucky, 1.0)
     assert len(memory.families) == 2
     for _ in range(200):
         ends = random.uniform(HAND.low, HAND.high, (1, 16))[:, list(HAND.end)]
-        numbers = memory.varied(row, ends, random)[0]
-        memory.did(row, numbers, float(_away(numbers, real) < _away(numbers, lucky)))
+        numbers = memory.sample_variations(row, ends, random)[0]
+        memory.record(row, numbers, float(_away(numbers, real) < _away(numbers, lucky)))
     ends = np.tile(real[list(HAND.end)], (200, 1))
-    of_real = [_away(each, real) < _away(each, lucky) for each in memory.varied(row, ends, random)]
+    of_real = [
+        _away(each, real) < _away(each, lucky)
+        for each in memory.sample_variations(row, ends, random)
+    ]
     assert np.mean(of_real) > 0.9
 
 
@@ -93,14 +96,14 @@ def _away(numbers: Array, other: Array) -> float:
 
 def test_variation_moves_few_numbers_far() -> None:
     deed, random = HAND, np.random.default_rng(0)
-    memory = DeedMemory(Relation(deed))
+    memory = ActionMemory(Relation(deed))
     row, numbers = rows(1)[0], (deed.low + deed.high) / 2
     for _ in range(30):
-        memory.did(row, numbers, 0.0)
-    memory.did(row, numbers, 1.0)
+        memory.record(row, numbers, 0.0)
+    memory.record(row, numbers, 1.0)
     ends = np.tile(numbers[list(deed.end)], (4000, 1))
-    shares = (memory.varied(row, ends, random) - deed.low) / (deed.high - deed.low)
-    form = [i for i in range(len(numbers)) if i not in {*deed.end, *deed.start, deed.turn}]
+    shares = (memory.sample_variations(row, ends, random) - deed.low) / (deed.high - deed.low)
+    form = [i for i in range(len(numbers)) if i not in {*deed.end, *deed.start, deed.yaw}]
     for values in shares[:, form].T:
         far = abs(values - np.median(values)) > 0.3
         assert 0 < far.mean() < 0.1
@@ -109,32 +112,36 @@ def test_variation_moves_few_numbers_far() -> None:
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_unsurprising_actions_found_no_family(deed: Deed) -> None:
-    memory = DeedMemory(Relation(deed))
+def test_unsurprising_actions_found_no_family(deed: Primitive) -> None:
+    memory = ActionMemory(Relation(deed))
     for row, numbers in zip(rows(100), drawn(deed, 100, 0), strict=True):
-        memory.did(row, numbers, 0.5)
+        memory.record(row, numbers, 0.5)
     assert memory.families == []
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_state_restores_the_families(deed: Deed) -> None:
-    memory, again = practised(deed), DeedMemory(Relation(deed))
+def test_state_restores_the_families(deed: Primitive) -> None:
+    memory, again = practised(deed), ActionMemory(Relation(deed))
     again.set_state(memory.get_state())
     row, ends = rows(1)[0], drawn(deed, 20, 3)[:, list(deed.end)]
-    one, other = (each.varied(row, ends, np.random.default_rng(1)) for each in (memory, again))
+    one, other = (
+        each.sample_variations(row, ends, np.random.default_rng(1)) for each in (memory, again)
+    )
     np.testing.assert_array_equal(one, other)
 
 
 def test_empty_memory_cannot_vary_actions() -> None:
     with pytest.raises(RealBenchError, match="nothing went well yet"):
-        DeedMemory(Relation(PUSH)).varied(rows(1)[0], np.zeros((1, 2)), np.random.default_rng(0))
+        ActionMemory(Relation(PUSH)).sample_variations(
+            rows(1)[0], np.zeros((1, 2)), np.random.default_rng(0)
+        )
 
 
 def test_numbers_of_families_and_members_are_limited() -> None:
-    memory = DeedMemory(Relation(PUSH), most=3, latest=5)
+    memory = ActionMemory(Relation(PUSH), max_families=3, n_latest=5)
     random = np.random.default_rng(0)
     for row, numbers in zip(rows(500), drawn(PUSH, 500, 0), strict=True):
-        memory.did(row, numbers, float(random.random()))
+        memory.record(row, numbers, float(random.random()))
     assert len(memory.families) == 3
     assert max(len(family.members) for family in memory.families) == 5
 
@@ -142,6 +149,6 @@ def test_numbers_of_families_and_members_are_limited() -> None:
 def test_most_random_actions_for_an_object_begin_near_it() -> None:
     row, ends = np.array([-0.1, 0.1, 0.3]), np.zeros((2000, 2))
     for deed in (HAND, PUSH):
-        numbers = aimed(Relation(deed), row, ends, np.random.default_rng(0))
+        numbers = sample_near_object(Relation(deed), row, ends, np.random.default_rng(0))
         away = np.linalg.norm(numbers[:, :2] - row[:2], axis=1)
         assert np.median(away) < 0.1 * (deed.high - deed.low)[:2].max()

@@ -24,7 +24,9 @@ def planner() -> Planner:
     after[taken, :2] = numbers[taken, 2:]
     model = OutcomeModel(0, scale=0.5)
     features = relation.features(before, numbers)
-    model.train(features, relation.outcome(before, after, numbers), relation.stays(numbers), 1500)
+    model.train(
+        features, relation.outcome(before, after, numbers), relation.static_outcome(numbers), 1500
+    )
     return Planner(relation, model, samples=400)
 
 
@@ -39,30 +41,30 @@ def thought(row: Array, random: np.random.Generator, ends: Array) -> Array:
 def test_chosen_action_takes_the_object_to_the_goal(planner: Planner, goal: list[float]) -> None:
     row, random = np.array([-0.05, 0.05, 0.0]), np.random.default_rng(0)
     choice = planner.choose(row, np.array(goal), 0, lambda ends: thought(row, random, ends), random)
-    assert np.linalg.norm(choice.numbers[:2] - row[:2]) < 0.05
-    assert np.linalg.norm(choice.numbers[2:] - goal[:2]) < 0.05
-    assert np.linalg.norm(choice.end - goal) < 0.05
-    assert choice.gain > 0.5 * choice.now
+    assert np.linalg.norm(choice.parameters[:2] - row[:2]) < 0.05
+    assert np.linalg.norm(choice.parameters[2:] - goal[:2]) < 0.05
+    assert np.linalg.norm(choice.expected_end - goal) < 0.05
+    assert choice.gain > 0.5 * choice.distance_now
 
 
 def test_nothing_is_gained_at_the_goal(planner: Planner) -> None:
     row, random = np.array([-0.05, 0.05, 0.0]), np.random.default_rng(0)
     choice = planner.choose(row, row.copy(), 3, lambda ends: thought(row, random, ends), random)
-    assert choice.now == 0
+    assert choice.distance_now == 0
     assert choice.gain <= 0
 
 
 @given(
     away=st.lists(st.floats(0, 10), min_size=2, max_size=8),
-    left=st.integers(1, 9),
+    n_left=st.integers(1, 9),
     seed=st.integers(0, 100),
 )
 def test_more_actions_left_never_raise_the_expected_distance(
-    away: list[float], left: int, seed: int
+    away: list[float], n_left: int, seed: int
 ) -> None:
     outcomes = np.array(away)[None]
     weights = np.random.default_rng(seed).dirichlet(np.ones(len(away)))[None]
-    fewer, more = (expected_after(weights, outcomes, n) for n in (left, left + 1))
+    fewer, more = (expected_after(weights, outcomes, n) for n in (n_left, n_left + 1))
     assert more <= fewer + 1e-12
     assert expected_after(weights, outcomes, 1) == pytest.approx(float((weights * outcomes).sum()))
     assert more >= min(away) - 1e-12

@@ -5,33 +5,35 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from real_bench.real_g.hand import Deed
-from real_bench.real_g.relation import Relation, orientation, turned
+from real_bench.real_g.hand import Primitive
+from real_bench.real_g.relation import Relation, orientation_features, rotate
 from tests.real_g.deeds import DEEDS, HAND, drawn, rows
 
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 1000))
-def test_end_can_be_recovered_from_its_outcome(deed: Deed, seed: int) -> None:
+def test_end_can_be_recovered_from_its_outcome(deed: Primitive, seed: int) -> None:
     relation, numbers = Relation(deed), drawn(deed, 5, seed)
     before, after = rows(5, seed), rows(5, seed + 1)
     outcome = relation.outcome(before, after, numbers)
-    np.testing.assert_allclose(relation.ends(before, outcome, numbers), after[:, :3], atol=1e-12)
+    np.testing.assert_allclose(
+        relation.end_positions(before, outcome, numbers), after[:, :3], atol=1e-12
+    )
     several = np.stack([outcome, outcome], axis=1)
-    ends = relation.ends(before, several, numbers)
+    ends = relation.end_positions(before, several, numbers)
     np.testing.assert_allclose(ends[:, 1], after[:, :3], atol=1e-12)
 
 
 @pytest.mark.parametrize("deed", DEEDS)
 @given(seed=st.integers(0, 1000))
-def test_outcome_is_zero_when_following_and_whole_when_staying(deed: Deed, seed: int) -> None:
+def test_outcome_is_zero_when_following_and_whole_when_staying(deed: Primitive, seed: int) -> None:
     relation, numbers, before = Relation(deed), drawn(deed, 5, seed), rows(5, seed)
     followed = before.copy()
-    followed[:, :2] += relation.way(numbers)
+    followed[:, :2] += relation.displacement(numbers)
     np.testing.assert_allclose(relation.outcome(before, followed, numbers), 0, atol=1e-12)
     np.testing.assert_allclose(relation.contingency(before, followed, numbers), 1)
     np.testing.assert_allclose(
-        relation.outcome(before, before, numbers), relation.stays(numbers), atol=1e-12
+        relation.outcome(before, before, numbers), relation.static_outcome(numbers), atol=1e-12
     )
     np.testing.assert_allclose(relation.contingency(before, before, numbers), 0, atol=1e-12)
 
@@ -40,8 +42,8 @@ def test_outcome_is_zero_when_following_and_whole_when_staying(deed: Deed, seed:
 def test_contingency_grows_with_the_distance_followed(seed: int, share: float) -> None:
     relation, numbers, before = Relation(HAND), drawn(HAND, 1, seed), rows(1, seed)
     part, whole = before.copy(), before.copy()
-    part[:, :2] += share * relation.way(numbers)
-    whole[:, :2] += relation.way(numbers)
+    part[:, :2] += share * relation.displacement(numbers)
+    whole[:, :2] += relation.displacement(numbers)
     assert 0 <= relation.contingency(before, part, numbers) <= 1
     assert relation.contingency(before, part, numbers) <= relation.contingency(
         before, whole, numbers
@@ -57,10 +59,12 @@ def test_orientation_is_relative_to_the_hand(seed: int, angle: float) -> None:
     around = np.array([[c * x - s * y, c * y + s * x, c * z + s * w, c * w - s * z]])
     at = np.array([0.3])
     np.testing.assert_allclose(
-        orientation(around, at + angle), orientation(quaternion, at), atol=1e-9
+        orientation_features(around, at + angle), orientation_features(quaternion, at), atol=1e-9
     )
     np.testing.assert_allclose(
-        orientation(quaternion, at + np.pi), orientation(quaternion, at), atol=1e-9
+        orientation_features(quaternion, at + np.pi),
+        orientation_features(quaternion, at),
+        atol=1e-9,
     )
 
 
@@ -70,13 +74,16 @@ def test_quarter_turn_shows_only_in_the_double_angle(angle: float) -> None:
         return np.array([[0, 0, np.sin(turn / 2), np.cos(turn / 2)]])
 
     at = np.zeros(1)
-    here, there = orientation(lying(angle), at), orientation(lying(angle + np.pi / 2), at)
+    here, there = (
+        orientation_features(lying(angle), at),
+        orientation_features(lying(angle + np.pi / 2), at),
+    )
     np.testing.assert_allclose(here[:, -2:], there[:, -2:], atol=1e-9)
     np.testing.assert_allclose(here[:, 0], -there[:, 0], atol=1e-9)
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_features_are_finite_and_use_orientation_where_seen(deed: Deed) -> None:
+def test_features_are_finite_and_use_orientation_where_seen(deed: Primitive) -> None:
     relation, numbers, before = Relation(deed), drawn(deed, 4), rows(4)
     with_it = relation.features(before, numbers)
     without = relation.features(before[:, :3], numbers)
@@ -88,4 +95,4 @@ def test_features_are_finite_and_use_orientation_where_seen(deed: Deed) -> None:
 @given(st.floats(-10, 10), st.floats(-1, 1), st.floats(-1, 1))
 def test_turning_back_undoes_turning(angle: float, x: float, y: float) -> None:
     vector, by = np.array([[x, y]]), np.array([angle])
-    np.testing.assert_allclose(turned(turned(vector, by), -by), vector, atol=1e-12)
+    np.testing.assert_allclose(rotate(rotate(vector, by), -by), vector, atol=1e-12)

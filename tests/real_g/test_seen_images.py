@@ -15,7 +15,7 @@ from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialPlan
 from real_bench.real_g.hand import Push
-from real_bench.real_g.seen_images import SeenImages
+from real_bench.real_g.seen_images import ImagePerception
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
@@ -40,10 +40,10 @@ def test_object_is_located_after_being_pushed(builtin_scene: Scene, pushed: Path
     task.close()
     push = Push(task.action_space)
     ends = list(push.end)
-    seen = SeenImages(push.low[ends], push.high[ends])
+    seen = ImagePerception(push.low[ends], push.high[ends])
 
     def path_of(action: Action) -> np.ndarray | None:
-        numbers = push.numbers(action)
+        numbers = push.parameters(action)
         return None if numbers is None else push.path(numbers)
 
     seen.recall(Experience(pushed, IM), path_of)

@@ -94,22 +94,22 @@ def test_levels_of_sameness_and_effect_match_the_definitions(
     case: tuple[DynamicAbstraction, NDArray[np.float64]],
 ) -> None:
     abstraction, differences = case
-    same_from = abstraction.same_from(differences)
+    first_same_level = abstraction.first_same_level(differences)
     effective_below = abstraction.effective_below(differences)
-    assert same_from.shape == effective_below.shape == (len(differences),)
+    assert first_same_level.shape == effective_below.shape == (len(differences),)
     for level, thresholds in enumerate(abstraction.thresholds):
         same = (differences < thresholds).all(axis=1)
         effective = (differences > thresholds).any(axis=1)
-        np.testing.assert_array_equal(same_from <= level, same)
+        np.testing.assert_array_equal(first_same_level <= level, same)
         np.testing.assert_array_equal(effective_below > level, effective)
-    assert ((same_from >= 0) & (same_from <= abstraction.n_levels)).all()
+    assert ((first_same_level >= 0) & (first_same_level <= abstraction.n_levels)).all()
     assert ((effective_below >= 0) & (effective_below <= abstraction.n_levels)).all()
 
 
 def test_sameness_and_effect_match_a_hand_calculation() -> None:
     abstraction = DynamicAbstraction([[0.0, 1.0], [0.5, 1.0], [1.0, 2.0]])
     differences = np.array([[0.0, 0.0], [0.5, 0.0], [0.25, 1.0], [1.0, 0.0], [0.0, 9.0]])
-    assert abstraction.same_from(differences).tolist() == [1, 2, 2, 3, 3]
+    assert abstraction.first_same_level(differences).tolist() == [1, 2, 2, 3, 3]
     assert abstraction.effective_below(differences).tolist() == [0, 1, 1, 2, 3]
 
 
@@ -129,15 +129,15 @@ def test_nothing_is_the_same_without_triplets(n_variables: int) -> None:
     assert len(nothing) == 0
     abstraction = DynamicAbstraction.learn(nothing, 3)
     assert (abstraction.n_levels, abstraction.n_variables) == (3, n_variables)
-    assert abstraction.same_from(np.zeros((2, n_variables))).tolist() == [3, 3]
-    assert abstraction.same_from(nothing.differences).shape == (0,)
+    assert abstraction.first_same_level(np.zeros((2, n_variables))).tolist() == [3, 3]
+    assert abstraction.first_same_level(nothing.differences).shape == (0,)
     assert abstraction.effective_below(nothing.differences).shape == (0,)
 
 
 def test_fixed_thresholds_make_one_level() -> None:
     abstraction = DynamicAbstraction.fixed([0.02, 0.04])
     assert (abstraction.n_levels, abstraction.n_variables) == (1, 2)
-    assert abstraction.same_from(np.array([[0.01, 0.03], [0.02, 0.03]])).tolist() == [0, 1]
+    assert abstraction.first_same_level(np.array([[0.01, 0.03], [0.02, 0.03]])).tolist() == [0, 1]
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def test_neighbours_match_a_brute_force_search(
     crowd: tuple[Vector, NDArray[np.int64], Vector, Vector],
 ) -> None:
     states, nodes, near, state = crowd
-    found = Neighbours(states, nodes, near).of(state)
+    found = Neighbours(states, nodes, near).find(state)
     assert sorted(found.tolist()) == by_comparing_all(states, nodes.tolist(), near, state)
 
 
@@ -71,30 +71,30 @@ def test_neighbours_at_the_threshold_match_brute_force(scale: float, offset: flo
             neighbours = Neighbours(states, nodes, near)
             for state in states[::20]:
                 expected = by_comparing_all(states, nodes.tolist(), near, state)
-                assert sorted(neighbours.of(state).tolist()) == expected
+                assert sorted(neighbours.find(state).tolist()) == expected
 
 
 @pytest.mark.parametrize("thresholds", [[0.0, 1.0], [0.0, 0.0]])
 def test_nothing_is_found_where_a_threshold_is_zero(thresholds: list[float]) -> None:
     states = np.zeros((3, 2))
     neighbours = Neighbours(states, np.arange(3), np.array(thresholds))
-    assert neighbours.of(states[0]).tolist() == []
+    assert neighbours.find(states[0]).tolist() == []
 
 
 def test_nothing_is_found_among_no_nodes() -> None:
     for states in (np.empty((0, 2)), np.zeros((3, 2))):
         neighbours = Neighbours(states, np.arange(0), np.ones(2))
-        assert neighbours.of(np.zeros(2)).tolist() == []
+        assert neighbours.find(np.zeros(2)).tolist() == []
 
 
 def test_only_given_nodes_are_found() -> None:
     states = np.array([[0.5], [0.4], [0.3], [0.2], [0.1], [9.0]])
     neighbours = Neighbours(states, np.array([1, 2, 4, 5]), np.array([0.45]))
-    assert sorted(neighbours.of(np.array([0.0])).tolist()) == [1, 2, 4]
+    assert sorted(neighbours.find(np.array([0.0])).tolist()) == [1, 2, 4]
 
 
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_tiny_thresholds_find_identical_states() -> None:
     states = np.array([[0.0], [1.0], [1.0]])
     neighbours = Neighbours(states, np.arange(3), np.array([5e-324]))
-    assert sorted(neighbours.of(states[1]).tolist()) == [1, 2]
+    assert sorted(neighbours.find(states[1]).tolist()) == [1, 2]

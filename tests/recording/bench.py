@@ -14,7 +14,7 @@ import h5py
 from numpy.typing import NDArray
 
 from real_bench.recording import Recording
-from real_bench.recording.columns import poses_of
+from real_bench.recording.columns import read_poses
 from real_bench.recording.schema import POSES
 
 SCENE = "builtin"
@@ -89,5 +89,5 @@ def ignore(report: object) -> None:
 def edited_poses(file: h5py.File) -> Iterator[NDArray[Any]]:
     """The true poses of a recording, (m, n_objects, 7), to be changed in place."""
     rows = file[POSES][()]
-    yield poses_of(rows, int(file.attrs["objects"]))
+    yield read_poses(rows, int(file.attrs["objects"]))
     file[POSES][...] = rows

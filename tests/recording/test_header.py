@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from real_bench.conditions import Condition, ConditionError
 from real_bench.recording import Header, package_versions
-from real_bench.recording.header import RESUMED_ALIKE
+from real_bench.recording.header import FIELDS_TO_RESUME
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
 SHA256 = st.text("0123456789abcdef", min_size=64, max_size=64)
@@ -64,10 +64,10 @@ def test_header_refuses_invalid_fields(header: Header, field: str, value: object
 def test_differences_name_only_fields_that_matter_for_resuming(one: Header, other: Header) -> None:
     named = {difference.partition(":")[0] for difference in one.differences(other)}
     assert named - {"controller"} == {
-        field for field in RESUMED_ALIKE if getattr(one, field) != getattr(other, field)
+        field for field in FIELDS_TO_RESUME if getattr(one, field) != getattr(other, field)
     }
     maker = (other.controller_source, other.controller_sha256, other.controller_class)
-    assert ("controller" in named) != one.is_of(*maker)
+    assert ("controller" in named) != one.was_made_by(*maker)
     assert one.differences(one) == []
 
 
@@ -86,7 +86,7 @@ def test_header_recognises_its_controller(
     header: Header, controller: str, source: str, class_name: str, own: bool
 ) -> None:
     made = header.model_copy(update={"controller_sha256": "7" * 64})
-    assert made.is_of(controller, source, class_name) == own
+    assert made.was_made_by(controller, source, class_name) == own
 
 
 @pytest.mark.parametrize(
@@ -104,19 +104,19 @@ def test_condition_of_a_test_must_fit_that_of_the_recording(
     header: Header, recorded: str, tested: str, fits: bool
 ) -> None:
     run = header.model_copy(update={"condition": recorded})
-    assert (run.misfits(Condition.parse(tested), 2, run.scene_sha256) == []) == fits
+    assert (run.mismatches(Condition.parse(tested), 2, run.scene_sha256) == []) == fits
 
 
 def test_other_objects_or_scene_do_not_fit(header: Header) -> None:
     condition = Condition.parse("OM")
-    assert "not 3" in header.misfits(condition, 3, header.scene_sha256)[0]
-    assert "another scene" in header.misfits(condition, 2, "0" * 64)[0]
+    assert "not 3" in header.mismatches(condition, 3, header.scene_sha256)[0]
+    assert "another scene" in header.mismatches(condition, 2, "0" * 64)[0]
 
 
 def test_earlier_version_of_the_control_does_not_fit(header: Header) -> None:
     run = header.model_copy(update={"control_version": 1})
     told = "its macro-actions have version 1, this realbench has 2"
-    assert told in run.misfits(Condition.parse("OM"), 2, header.scene_sha256)[0]
+    assert told in run.mismatches(Condition.parse("OM"), 2, header.scene_sha256)[0]
     assert run.differences(header) == ["control_version: 1, not 2"]
 
 

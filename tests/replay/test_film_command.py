@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError, SceneError
-from real_bench.phases.film import STEPS_A_FRAME
+from real_bench.phases.film import STEPS_PER_FRAME
 from real_bench.recording import Recording
 from real_bench.replay import PartReplay
-from real_bench.replay.part import Shown
+from real_bench.replay.part import Frame
 from real_bench.replay.showing import show_part
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench
@@ -34,7 +34,7 @@ def test_any_part_is_replayed_bit_for_bit(recorded: Path, first: int, last: int)
     seen: dict[int, NDArray[np.uint8]] = {}
     numbers = []
 
-    def look(shown: Shown) -> None:
+    def look(shown: Frame) -> None:
         seen[shown.step] = shown.task.simulation.image().retina
         numbers.append(shown.number)
         assert shown.as_recorded
@@ -69,7 +69,7 @@ def test_the_command_makes_a_labelled_film(
         row = recording.transitions[last - 1]
         n_steps = int(recording.transitions["n_steps"][first:last].sum())
         end = recording.images()[row["outcome"]].astype(float)
-    assert len(frames) == 1 + n_steps // STEPS_A_FRAME
+    assert len(frames) == 1 + n_steps // STEPS_PER_FRAME
     assert all(frame.shape == (240 + LABEL_HEIGHT, 320, 3) for frame in frames)
     picture, label = frames[-1][LABEL_HEIGHT:].astype(float), frames[-1][:LABEL_HEIGHT]
     assert np.abs(picture - end).mean() < 5  # levels of 255: what compression may lose

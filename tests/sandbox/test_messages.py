@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from real_bench.sandbox.channel import Channel, Closed, Late, SpinWait
+from real_bench.sandbox.channel import Channel, ChannelClosed, DeadlineExceeded, SpinWait
 from real_bench.sandbox.messages import (
     ARRAY_KINDS,
     HEAD,
@@ -189,15 +189,15 @@ def test_consecutive_messages_stay_separate(ends: Any) -> None:
 def test_incomplete_message_raises_late_or_closed(ends: Any) -> None:
     ends[0].sendall(HEAD.pack(10, 0) + b"abc")
     channel = Channel(ends[1])
-    with pytest.raises(Late):
+    with pytest.raises(DeadlineExceeded):
         channel.receive(SMALL, time.monotonic() + 0.05)
     ends[0].close()
-    with pytest.raises(Closed):
+    with pytest.raises(ChannelClosed):
         channel.receive(SMALL, time.monotonic() + 60)
 
 
 def test_send_without_a_listener_raises_late(ends: Any) -> None:
-    with pytest.raises(Late):
+    with pytest.raises(DeadlineExceeded):
         Channel(ends[0]).send(np.zeros(10**6), time.monotonic() + 0.05)
 
 
@@ -208,7 +208,7 @@ def test_spinning_receiver_gets_the_same_values(values: list[Any], vain: int) ->
     with ours, theirs:
         sender, receiver = Channel(ours), Channel(theirs, SpinWait())
         for _ in range(vain):
-            with pytest.raises(Late):
+            with pytest.raises(DeadlineExceeded):
                 receiver.receive(ANY, time.monotonic() + 0.002)
         thread = threading.Thread(target=lambda: [sender.send(value) for value in values])
         thread.start()
@@ -223,7 +223,7 @@ def test_receiver_that_spins_in_vain_goes_to_sleep() -> None:
         receiver = Channel(theirs, SpinWait())
         began = time.thread_time()
         for _ in range(SpinWait.REST):
-            with pytest.raises(Late):
+            with pytest.raises(DeadlineExceeded):
                 receiver.receive(ANY, time.monotonic() + 0.001)
         assert time.thread_time() - began < SpinWait.REST * SpinWait.SECONDS / 2
 
@@ -231,5 +231,5 @@ def test_receiver_that_spins_in_vain_goes_to_sleep() -> None:
 def test_spinning_receiver_notices_a_closed_channel() -> None:
     ours, theirs = socket.socketpair()
     ours.close()
-    with theirs, pytest.raises(Closed):
+    with theirs, pytest.raises(ChannelClosed):
         Channel(theirs, SpinWait()).receive(ANY)

@@ -96,7 +96,7 @@ def test_controller_sees_its_folder_without_our_files_and_links(
         *("data", "helper.py", "mine.py", "notes.json"),
         *("options.yml", "weights.h5", "weights.npy"),
     ]
-    assert visible.withheld() == ["data/run.hdf5", "goals.npy", "goals.npz", "old.txt"]
+    assert visible.hidden_names() == ["data/run.hdf5", "goals.npy", "goals.npz", "old.txt"]
     visible.check_hides([folder / "goals.npy", folder / "data" / "run.hdf5", tmp_path / "run.h5"])
     with pytest.raises(ControllerError, match=r"more.npy lies where an isolated controller may"):
         visible.check_hides([folder / "data" / "more.npy"])

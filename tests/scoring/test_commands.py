@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from real_bench.actions import Action
 from real_bench.errors import ResultError
-from real_bench.scoring.commands import LONGEST_TRIAL, Commands, row_type
+from real_bench.scoring.commands import MAX_TRIAL_STEPS, Commands, row_type
 
 NUMBERS = st.floats(-1e6, 1e6)
 
@@ -107,7 +107,7 @@ def test_hand_packed_commands_are_read() -> None:
         {**HONEST, "rows": 2},
         {**HONEST, "rows": 4},
         {**HONEST, "rows": 0},
-        {**HONEST, "rows": LONGEST_TRIAL + 1},
+        {**HONEST, "rows": MAX_TRIAL_STEPS + 1},
         {**HONEST, "data": ""},
         {**HONEST, "data": "no base64!"},
         {**HONEST, "data": HONEST["data"][:-4]},
@@ -125,7 +125,7 @@ def test_hand_packed_commands_are_read() -> None:
         packed(4, n_steps=(1, 0)),
         packed(4, n_steps=(1, -5)),
         packed(4, n_steps=(1, 2**62)),
-        packed(4, n_steps=(1, LONGEST_TRIAL)),
+        packed(4, n_steps=(1, MAX_TRIAL_STEPS)),
         packed(4, line=(1, 2)),
         packed(4, begins=(1, 255)),
         packed(4, begins=(0, 0)),
@@ -138,15 +138,15 @@ def test_malformed_commands_are_refused(content: dict[str, Any]) -> None:
 
 
 def test_compression_bomb_is_never_unpacked() -> None:
-    bomb = declared(9, LONGEST_TRIAL, zlib.compress(bytes(2**26), 9))
+    bomb = declared(9, MAX_TRIAL_STEPS, zlib.compress(bytes(2**26), 9))
     tracemalloc.start()
     with pytest.raises(ValueError, match="do not unpack"):
         Commands.model_validate(bomb)
     _, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert most < 3 * LONGEST_TRIAL * row_type(9).itemsize < 2**26
+    assert most < 3 * MAX_TRIAL_STEPS * row_type(9).itemsize < 2**26
 
 
 def test_too_long_trial_is_refused() -> None:
     with pytest.raises(ResultError, match="100,000 steps"):
-        Commands.of([Action.rest(4, LONGEST_TRIAL), Action.rest(4, 1)])
+        Commands.of([Action.rest(4, MAX_TRIAL_STEPS), Action.rest(4, 1)])

@@ -289,7 +289,7 @@ def test_too_large_file_is_neither_written_nor_read(
     path = tmp_path / "score.json"
     result.save(path)
     before = path.read_bytes()
-    monkeypatch.setattr(result_file, "LARGEST_FILE", len(before) - 1)
+    monkeypatch.setattr(result_file, "MAX_FILE_BYTES", len(before) - 1)
     with pytest.raises(ResultError, match="fewer goals"):
         result.save(path)
     assert path.read_bytes() == before

@@ -150,7 +150,7 @@ def test_an_interval_says_what_it_is_over() -> None:
 
 
 def test_one_repeat_has_neither_interval_nor_error() -> None:
-    assert plays_interval([[0.1, 0.2]], ["2D"] * 2, least_plays=1) is None
+    assert plays_interval([[0.1, 0.2]], ["2D"] * 2, min_plays=1) is None
     assert standard_error([[0.1, 0.2]]) is None
 
 

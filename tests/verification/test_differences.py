@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from real_bench.quoting import LONGEST, quoted
+from real_bench.quoting import MAX_LENGTH, quoted
 from real_bench.verification.differences import Difference, numbers_differ, poses_differ
 
 NUMBERS = st.floats(-5, 5)
@@ -50,4 +50,4 @@ def test_difference_without_a_number_is_its_text() -> None:
 def test_quoted_text_is_one_short_line(text: str) -> None:
     line = quoted(text)
     assert line.isprintable()
-    assert len(line) <= LONGEST
+    assert len(line) <= MAX_LENGTH

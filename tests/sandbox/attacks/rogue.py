@@ -300,7 +300,7 @@ class Patches(Controller):
 
         real_bench.scoring.metric.object_scores = perfect
         real_bench.scoring.metric.distances = lambda *arguments: np.zeros(1)
-        real_bench.actions.LARGEST_NUMBER = np.inf
+        real_bench.actions.MAX_MAGNITUDE = np.inf
         real_bench.actions.check_action = lambda action, control: action
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:

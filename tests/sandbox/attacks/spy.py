@@ -181,17 +181,17 @@ def goals_in_frames(spy: Spy) -> object:
     frame: Any = sys._getframe()
     found = []
     while frame is not None:
-        found += [name for name, value in frame.f_locals.items() if is_ours(value)]
+        found += [name for name, value in frame.f_locals.items() if is_benchmark_file(value)]
         frame = frame.f_back
     return found
 
 
 @attack
 def goals_in_the_garbage_collector(spy: Spy) -> object:
-    return [type(one).__name__ for one in gc.get_objects() if is_ours(one)]
+    return [type(one).__name__ for one in gc.get_objects() if is_benchmark_file(one)]
 
 
-def is_ours(value: Any) -> bool:
+def is_benchmark_file(value: Any) -> bool:
     return type(value).__name__ in ("Goal", "GoalSet", "Simulation", "Task", "TrialMaker")
 
 

@@ -37,7 +37,7 @@ MACRO = np.zeros((1, 4))
 class Forger:
     """In place of a client: gives the same answer to whatever is asked."""
 
-    world_told = -1
+    known_world = -1
 
     def __init__(self, answer: Any) -> None:
         message = encode(answer)  # as it would arrive

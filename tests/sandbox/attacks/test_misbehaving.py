@@ -19,7 +19,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import ControllerError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.phases.local import LocalBackend
-from real_bench.phases.player import Player, at_play
+from real_bench.phases.player import Player, make_player
 from real_bench.phases.proxy import ControllerProxy
 from real_bench.sandbox import SandboxBackend, SandboxSupport, kernel_support, process
 from real_bench.scoring.result import load_result
@@ -74,14 +74,14 @@ OBJECTS = {
 def survivors(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Nothing that was started is left when a test is over."""
     started: list[subprocess.Popen[bytes]] = []
-    start = process._started
+    start = process._start
 
     def noted(*arguments: Any) -> subprocess.Popen[bytes]:
         child = start(*arguments)
         started.append(child)
         return child
 
-    monkeypatch.setattr(process, "_started", noted)
+    monkeypatch.setattr(process, "_start", noted)
     yield
     for child in started:
         assert child.poll() is not None
@@ -112,7 +112,7 @@ def told(task: Task, support: SandboxSupport, deed: str, controller: str = ROGUE
     limits = replace(LIMITS, memory_gib=2)
     proxy = SandboxBackend((), limits, support).proxy(controller, {"deed": deed}, task)
     try:
-        player = at_play(proxy, task)
+        player = make_player(proxy, task)
         player.play(1)
         if deed in HANGS:
             proxy.client.limits = replace(limits, call_s=IMPATIENT_S)
@@ -170,7 +170,7 @@ def test_a_step_is_a_hostile_object(task: Task, deed: str) -> None:
 
 def told_here(task: Task, controller: str, deed: str) -> str:
     proxy = LocalBackend().proxy(controller, {"deed": deed}, task)
-    player = at_play(proxy, task)
+    player = make_player(proxy, task)
     player.play(1)
     with pytest.raises(ControllerError) as caught:
         player.play(20)
@@ -181,7 +181,7 @@ def test_number_of_a_strange_type_becomes_a_plain_number(
     task: Task, isolated: SandboxBackend
 ) -> None:
     proxy = isolated.proxy(ROGUE, {"deed": "strange_numbers"}, task)
-    player = at_play(proxy, task)
+    player = make_player(proxy, task)
     player.play(1)
     durations = player.play(20).n_steps
     proxy.close()
