@@ -50,7 +50,7 @@ def realbench(
     with tempfile.TemporaryDirectory() as outputs:
         out, err = Path(outputs, "out"), Path(outputs, "err")
         process = forks.Process(
-            target=_called, args=(folder, command, dict(os.environ), _usual_path(), out, err)
+            target=_called, args=(folder, command, dict(os.environ), _import_path(), out, err)
         )
         process.start()
         process.join(PATIENCE_S)
@@ -82,12 +82,19 @@ def _called(
     main()
 
 
+def _import_path() -> list[str]:
+    """Where a script imports from: without what the test runner adds, with PYTHONPATH."""
+    own = [folder for folder in os.environ.get("PYTHONPATH", "").split(os.pathsep) if folder]
+    return [str(COMMAND.parent), *own, *_installed_path()]
+
+
 @cache
-def _usual_path() -> list[str]:
-    """Where a script's imports come from, without what the test runner adds."""
+def _installed_path() -> list[str]:
     show = f"import sys; print(*sys.path[1:], sep={os.pathsep!r})"
-    shown = subprocess.run([sys.executable, "-c", show], capture_output=True, text=True, check=True)
-    return [str(COMMAND.parent), *shown.stdout.strip().split(os.pathsep)]
+    shown = subprocess.run(
+        [sys.executable, "-E", "-c", show], capture_output=True, text=True, check=True
+    )
+    return shown.stdout.strip().split(os.pathsep)
 
 
 def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5) -> GoalSet:
