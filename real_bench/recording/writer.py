@@ -13,6 +13,7 @@ import fcntl
 import os
 import shutil
 import signal
+import stat
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -33,6 +34,7 @@ FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
 """HDF5 tracks freed space, so that rewritten chunks leave no holes."""
 
 SPARE_BYTES = 1 << 14
+COPIED_AT_ONCE = 1 << 20
 
 
 class AppendOnlyFile:
@@ -144,8 +146,11 @@ class AppendOnlyFile:
                 os.posix_fallocate(file.fileno(), 0, size + n_bytes + SPARE_BYTES)
 
     def _copy_visible(self) -> None:
+        """Copy from one open file, which stays whole even if its name is removed meanwhile."""
         try:
-            shutil.copy(self._visible, self._hidden)
+            with self._visible.open("rb") as source, self._hidden.open("wb") as copy:
+                self._hidden.chmod(stat.S_IMODE(os.fstat(source.fileno()).st_mode))
+                shutil.copyfileobj(source, copy, COPIED_AT_ONCE)
         except FileNotFoundError as error:
             raise RecordingError(f"{self.path} was removed during the recording") from error
 

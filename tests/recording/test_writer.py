@@ -5,6 +5,7 @@ import itertools
 import os
 import re
 import resource
+import shutil
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -275,6 +276,30 @@ def test_file_removed_before_there_is_a_copy_is_reported(
     file.path.unlink()
     with pytest.raises(RecordingError, match="was removed during the recording"):
         file.append(batch_of(cut_path, 0, 1))
+
+
+def test_file_removed_while_it_is_copied_is_restored(
+    cut_path: Path,
+    scene: Scene,
+    header: Header,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    file = begun(tmp_path / "run.h5", header, scene)
+    copy, removed = shutil.copyfileobj, []
+
+    def remove_and_copy(*arguments: Any) -> None:
+        file.path.unlink()
+        removed.append(file.path)
+        copy(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "copyfileobj", remove_and_copy)
+        file.append(batch_of(cut_path, 0, 1))
+    assert removed
+    for k in range(1, N_ACTIONS):
+        file.append(batch_of(cut_path, k, k + 1))
+    assert same_rows(file.path, cut_path)
 
 
 def test_file_removed_later_is_restored(
