@@ -18,7 +18,7 @@ _SIGNS: dict[str, tuple[str, bytes | None]] = {
 
 
 def kind_of(file: Path) -> str:
-    """The kind of a file, by its first bytes or else by its suffix.
+    """The kind of a file, by its first bytes or else by its suffix; .yaml is an experiment.
 
     Raises:
         click.UsageError: it is none of them, or does not exist.
@@ -27,6 +27,8 @@ def kind_of(file: Path) -> str:
     if file.is_file():
         with file.open("rb") as opened:
             first = opened.read(8)
+        if file.suffix == _SIGNS[EXPERIMENT][0]:  # may be written as JSON, as a result is
+            return EXPERIMENT
     for kind, (_, magic) in _SIGNS.items():
         if magic is not None and first.startswith(magic):
             return kind

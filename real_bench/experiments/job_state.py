@@ -46,11 +46,11 @@ def state_of(job: Job) -> JobState:
 
 def mismatch_message(job: Job, reasons: Sequence[str]) -> str:
     """The message about a file that does not fit its job."""
-    return f"{job.out.name} does not belong to this experiment: {'; '.join(reasons)}"
+    return f"{job.out.name} does not belong here: {'; '.join(reasons)}"
 
 
 def mismatch_error(wrong: Sequence[str]) -> ExperimentError:
-    """The error for files that do not belong to the experiment, and what to do about them."""
+    """The error for files that do not belong here, and what to do about them."""
     return ExperimentError(f"{in_short(wrong)}. Move them away, or replace them with --overwrite")
 
 

@@ -68,7 +68,7 @@ def comparison_table(comparison: Comparison) -> Group:
             f"{found.improvement:.2f}",
             str(found.improvement_interval or "-"),
         )
-    table = Table()
+    table = _narrow_table()
     for heading in ("goal set", "goal", "class"):
         table.add_column(heading)
     for heading in ("score of A", "of B", "A - B"):

@@ -10,6 +10,7 @@ from real_bench.counting import counted
 from real_bench.errors import ControllerError, ControllerFailedError, ResultError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.naming import display_name
+from real_bench.physics import mixture, physics_of
 from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
@@ -53,6 +54,7 @@ class Verdict:
         comparison: with the baseline, if there is one.
         checks: all that must hold.
         seconds: that the trials took.
+        physics: of each of the results, the baseline's last.
     """
 
     setting: Setting
@@ -60,6 +62,7 @@ class Verdict:
     comparison: Comparison | None
     checks: tuple[Check, ...]
     seconds: float = 0.0
+    physics: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -74,6 +77,7 @@ class Verdict:
             "setting": self.setting.model_dump(mode="json"),
             "summary": self.summary.to_json(),
             "comparison": self.comparison.to_json() if self.comparison else None,
+            "physics": sorted(set(self.physics)),
         }
 
 
@@ -122,7 +126,8 @@ def judge(
         detail = f"{score.difference:+.4f}, {heading}: {score.interval or 'none'}"
         checks.append(Check("not worse than the baseline", not comparison.is_worse, detail))
     seconds = sum(sum(result.seconds.values()) for result in results)
-    return Verdict(results[0].setting, summary, comparison, tuple(checks), seconds)
+    physics = tuple(physics_of(each.setting.versions) for each in (*results, *(baseline or ())))
+    return Verdict(results[0].setting, summary, comparison, tuple(checks), seconds, physics)
 
 
 def _check_complete(
@@ -191,6 +196,7 @@ def markdown(verdict: Verdict) -> str:
             "github",
             disable_numparse=True,
         ),
+        *filter(None, [mixture(verdict.physics)]),
     ]
     return "\n\n".join(parts) + "\n"
 

@@ -89,9 +89,7 @@ def test_result_of_another_experiment_is_refused(
     drawn: Spec, changes: dict[str, Any], told: str
 ) -> None:
     kept = keep(drawn, **changes)
-    with pytest.raises(
-        ExperimentError, match=f"{kept.name} does not belong to this experiment: .*{told}"
-    ):
+    with pytest.raises(ExperimentError, match=f"{kept.name} does not belong here: .*{told}"):
         rows_of(drawn, ExperimentPlan(drawn))
     with pytest.raises(ExperimentError, match=told):
         ExperimentPlan(drawn).pending()
@@ -186,7 +184,7 @@ def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
     ("changes", "told"),
     [
         ({"steps": 2000}, "steps 3000, not 2000"),
-        ({"seed": 1}, "does not belong to this experiment: seed"),
+        ({"seed": 1}, "does not belong here: seed"),
     ],
 )
 def test_a_play_of_another_experiment_is_refused(

@@ -221,7 +221,7 @@ def test_settings_are_compared_as_controllers_parse_them(tmp_path: Path) -> None
     changed = THRESHOLDS.replace('"50"', '"51"')
     (tmp_path / "x.yaml").write_text(changed)
     other = realbench(tmp_path, "table", "x.yaml", "--no-run", code=1)
-    assert "does not belong to this experiment: settings" in other.stderr
+    assert "does not belong here: settings" in other.stderr
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from real_bench.errors import ControllerFailedError, ResultError, SubmissionError
+from real_bench.physics import PHYSICS
 from real_bench.scoring.verdict import failure, judge, junit, markdown
 from tests.scoring.bench import made
 
@@ -73,6 +74,16 @@ def test_results_of_different_tests_are_refused() -> None:
         judge([NEAR, made([0.1] * 20, controller="real_d")])
     with pytest.raises(ResultError, match="run steps"):
         judge([NEAR, made([0.1] * 20, run_steps=1000)])
+
+
+@pytest.mark.parametrize(
+    ("kinds", "is_mixed"), [(("a" * 16, "a" * 16), False), (("a" * 16, "b" * 16), True)]
+)
+def test_results_of_different_physics_are_marked(kinds: tuple[str, str], is_mixed: bool) -> None:
+    first, second = (made([0.1] * 20, seed, versions={PHYSICS: k}) for seed, k in enumerate(kinds))
+    for verdict in (judge([first, second]), judge([first], baseline=[second])):
+        assert ("different physics are mixed" in markdown(verdict)) is is_mixed
+        assert verdict.to_json()["physics"] == sorted(set(kinds))
 
 
 def test_both_reports_say_what_failed() -> None:
