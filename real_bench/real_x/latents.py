@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.real_x.foreground import ForegroundExtractor, ForegroundSettings
 from real_bench.real_x.perception import StateVector
@@ -21,6 +22,9 @@ from real_bench.settings import Settings
 
 LATENTS_PER_OBJECT = 7
 """Latent variables per object, as in the paper."""
+
+MIN_DIVERGENCE = 0.1
+"""A latent variable is in use if it diverges this much from the prior, in nats."""
 
 PAPER_PIXELS = 320 * 240
 
@@ -64,6 +68,10 @@ class Latents:
 
     Args:
         eye, vae: settings.
+
+    Attributes:
+        divergences: how much each latent variable says, (n_latent,) nats
+            (:meth:`~real_bench.real_x.vae.VAE.divergences`); empty until it learns.
     """
 
     def __init__(self, eye: ForegroundSettings, vae: VAESettings) -> None:
@@ -71,6 +79,7 @@ class Latents:
         self._eye = ForegroundExtractor(eye)
         self._vae: VAE | None = None
         self._learned_from = 0
+        self.divergences: NDArray[np.float64] = np.empty(0)
 
     def seed(self, seed: int) -> None:
         """Seed the VAE's initial weights and training."""
@@ -123,6 +132,9 @@ class Latents:
         training = Training(epochs, settings.batch, settings.rate, weight)
         vae.train(foregrounds, training, report or _ignore_epoch)
         self._vae, self._learned_from = vae, len(images)
+        self.divergences = vae.divergences(foregrounds)
+        n_used = int((self.divergences > MIN_DIVERGENCE).sum())
+        log.info("VAE: %d of %s in use", n_used, counted(n_latent, "variable"))
         return self._encode(foregrounds)
 
     def shrink(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:

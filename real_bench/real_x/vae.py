@@ -100,6 +100,20 @@ class VAE:
             ]
         return np.asarray(torch.cat(parts).numpy(), np.float64)
 
+    @fixed_threads
+    def divergences(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
+        """How much each latent variable says of images, (n, n_inputs) to (n_latent,) nats.
+
+        The mean over the images of its divergence (KL) from the prior: near 0 for a variable that
+        says nothing.
+        """
+        with torch.no_grad():
+            parts = [
+                _divergence(*self._network.encode(part.to(self._device))).cpu()
+                for part in torch.split(torch.from_numpy(np.ascontiguousarray(images)), 1024)
+            ]
+        return np.asarray(torch.cat(parts).mean(dim=0).numpy(), np.float64)
+
     def weights(self) -> Weights:
         """What it has learned, as arrays."""
         return {
@@ -152,5 +166,10 @@ class _Network(nn.Module):
         code = mean + drawn * torch.exp(log_variance / 2)
         logits = self.image(torch.relu(self.outward(code)))
         missed = functional.binary_cross_entropy_with_logits(logits, images, reduction="sum")
-        prior = -0.5 * torch.sum(1 + log_variance - mean**2 - log_variance.exp())
+        prior = _divergence(mean, log_variance).sum()
         return (weight * missed + prior) / len(images)
+
+
+def _divergence(mean: torch.Tensor, log_variance: torch.Tensor) -> torch.Tensor:
+    """Divergence (KL) of each variable of each image from the prior."""
+    return -0.5 * (1 + log_variance - mean**2 - log_variance.exp())
