@@ -179,7 +179,7 @@ def states_at(perception: Any, whole: Experience, where: Array, rows: NDArray[np
 @click.command(help=__doc__)
 @click.argument("run", type=FILE)
 @click.option("--candidates", type=FILE, default=CANDIDATES, help="YAML: settings by name.")
-@click.option("--only", multiple=True, help="Only candidates whose name begins so.")
+@click.option("--only", multiple=True, help="Only this candidate.")
 @click.option("--tasks", type=int, default=300, show_default=True)
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the pairs.")
 @click.option("--json", "out", type=click.Path(path_type=Path), help="Write the numbers here.")
@@ -197,7 +197,7 @@ def main(
     found = {}
     console = Console(width=140)
     for name, candidate in read_mapping(candidates, "candidates", RealBenchError).items():
-        if only and not name.startswith(only):
+        if only and name not in only:
             continue
         quality = found[name] = judge(run, drawn, candidate)
         table.add_row(name, *cells(quality))
