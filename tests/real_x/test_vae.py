@@ -42,6 +42,17 @@ def test_codes_are_near_where_spots_are_near() -> None:
     assert spearmanr(latent, real).statistic > 0.8
 
 
+@pytest.mark.parametrize(("weight", "fewest", "most"), [(1.0, 2, 4), (1000.0, 5, 5)])
+def test_divergences_tell_which_variables_are_in_use(weight: float, fewest: int, most: int) -> None:
+    """Two can say where a spot is; relative to a heavy reconstruction the prior is light."""
+    images, _ = blobs()
+    vae = VAE(SIDE * SIDE, 5, 32, 1)
+    vae.train(images, Training(150, batch=32, rate=3e-3, weight=weight), ignore_epochs)
+    found = vae.divergences(images)
+    assert found.shape == (5,)
+    assert fewest <= (found > 0.1).sum() <= most
+
+
 def test_loss_falls_and_every_epoch_is_reported() -> None:
     images, _ = blobs()
     told: list[tuple[int, float]] = []
