@@ -45,6 +45,17 @@ def test_every_file_that_is_named_exists(page: Page) -> None:
         assert (page.path.parent / link).exists(), link
 
 
+def test_messages_that_are_explained_exist() -> None:
+    page = Page(ROOT / "docs" / "troubleshooting.md")
+    messages = re.findall(r"^\| `([^`]+)`", page.text, re.MULTILINE)
+    assert len(messages) > 10
+    code = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "real_bench").rglob("*.py"))
+    code += "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("controllers/*.py"))
+    unbroken = re.sub(r'"\s*f?"', "", code)  # a long message is written in parts
+    for message in messages:
+        assert message in unbroken, message
+
+
 @named
 def test_every_make_target_that_is_named_exists(page: Page) -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
