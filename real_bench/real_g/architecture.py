@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 
 class PlannerSettings(Settings):
-    """Settings of the planner.
+    """Settings of the planner, which is not needed where actions are repeated (pushes).
 
     Attributes:
         samples: candidate actions per object in each round.
@@ -162,6 +162,8 @@ class RealG(Controller):
         return max(choices, key=lambda choice: choice[1].gain, default=None)
 
     def _choose(self, skill: Skill, row: Array, goal: Array, n_left: int) -> Choice:
+        if self._primitive.is_repeatable:
+            return skill.replay.choose(row, goal)
         planner = Planner(skill.relation, skill.model, self._planner.samples, self._planner.rounds)
         return planner.choose(
             row, goal, n_left, lambda ends: skill.propose(row, ends, self._random), self._random

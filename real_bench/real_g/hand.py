@@ -28,6 +28,8 @@ class Primitive(Protocol):
         yaw: which of them is the hand's turn about the vertical, radians; None if it has none.
         height: which of them is the height at which it reaches an object; None if it has none.
         tilts: which of them are deviations from upright; 0 is upright.
+        is_repeatable: whether it has so few parameters that a play knows an action like nearly any
+            other, so that a trial can repeat those of the play.
         steps: how many steps it lasts.
     """
 
@@ -38,6 +40,7 @@ class Primitive(Protocol):
     yaw: int | None
     height: int | None
     tilts: tuple[int, ...]
+    is_repeatable: bool
     steps: int
 
     def action(self, parameters: Array) -> Action:
@@ -64,6 +67,7 @@ class Push:
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()
+    is_repeatable = True
 
     def __init__(self, action_space: Any) -> None:
         box = action_space.spaces["macro_action"]
@@ -124,6 +128,7 @@ class Hand:
     yaw: int | None = 2
     height: int | None = 4
     tilts: tuple[int, ...] = (3, 12)
+    is_repeatable = False
     steps = sum(stage.poses * stage.steps for stage in STAGES)
 
     def __init__(self, action_space: Any) -> None:

@@ -1,4 +1,4 @@
-"""A skill with one object: a memory of actions, and a model of what they do."""
+"""A skill with one object: a memory of actions, and what they do to it."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from real_bench.real_g.memory import ActionMemory, sample_near_object
 from real_bench.real_g.model import ContingencyModel, OutcomeModel
 from real_bench.real_g.relation import Relation
+from real_bench.real_g.replay import Replay
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,7 @@ class Skill:
         self.relation, self.memory = relation, memory
         self.contingency = ContingencyModel(seed)
         self.model = OutcomeModel(seed, scale=reach)
+        self.replay = Replay(relation)
 
     @property
     def has_learned(self) -> bool:
@@ -61,6 +63,9 @@ class Skill:
         if len(before) < MIN_ACTIONS:
             return
         relation = self.relation
+        if relation.primitive.is_repeatable:
+            self.replay.learn(before, after, parameters)
+            return
         self.model.train(
             relation.features(before, parameters),
             relation.outcome(before, after, parameters),
@@ -97,6 +102,7 @@ class Skill:
             "memory": self.memory.get_state(),
             "contingency": self.contingency.get_state(),
             "model": self.model.get_state(),
+            "replay": self.replay.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
@@ -104,3 +110,4 @@ class Skill:
         self.memory.set_state(state["memory"])
         self.contingency.set_state(state["contingency"])
         self.model.set_state(state["model"])
+        self.replay.set_state(state["replay"])
