@@ -19,6 +19,7 @@ from real_bench.real_g.hand import primitive_of
 from real_bench.real_g.perception import Perception
 from real_bench.real_g.planner import Choice, Planner
 from real_bench.real_g.play import Play, PlaySettings
+from real_bench.real_g.skill import Skill
 from real_bench.recording import Experience
 from real_bench.settings import Settings
 
@@ -60,7 +61,7 @@ class RealG(Controller):
         self._perception, self._play_settings, self._planner = perception, play, planner
         self._n_left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None
-        self._failed: list[int] = []  # in a trial, sources of choices that hardly moved the object
+        self._tried: dict[int, list[int]] = {}  # in a trial, sources of choices by object
         self._has_learned = False  # play is over, and everything was learned
         self.seed(0)
 
@@ -114,9 +115,9 @@ class RealG(Controller):
             )
 
     def start_extrinsic_trial(self) -> None:
-        """All of a trial's actions are left, and none has failed."""
+        """All of a trial's actions are left, and none was tried."""
         self._n_left = TRIAL_STEPS // self._primitive.steps
-        self._decision, self._failed = None, []
+        self._tried = {}
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """At play: an action that an object may follow. In a trial: the one that helps most."""
@@ -126,7 +127,10 @@ class RealG(Controller):
         self._decision = self._best(observation, self._n_left)
         if self._decision is None or self._decision[1].gain <= 0:
             return self._primitive.rest()
-        return self._primitive.action(self._decision[1].parameters)
+        number, choice = self._decision
+        if choice.source is not None:
+            self._tried[number].append(choice.source)
+        return self._primitive.action(choice.parameters)
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action."""
@@ -153,10 +157,6 @@ class RealG(Controller):
     def _best(self, observation: Mapping[str, Any], n_left: int) -> tuple[int, Choice] | None:
         """The object and the action with the largest gain."""
         rows, goals = self._perception.state(observation), self._perception.goal(observation)
-        if self._decision is not None:
-            number, choice = self._decision
-            if choice.source is not None and choice.has_failed(rows[number]):
-                self._failed.append(choice.source)
         choices = [
             (number, self._choose(number, row, goal, n_left))
             for number, (skill, row, goal) in enumerate(
@@ -169,7 +169,7 @@ class RealG(Controller):
     def _choose(self, number: int, row: Array, goal: Array, n_left: int) -> Choice:
         skill = self._play.skills[number]
         if self._primitive.is_repeatable:
-            return skill.replay.choose(row, goal, self._failed)
+            return skill.replay.choose(row, goal, self._tried.setdefault(number, []))
         planner = Planner(skill.relation, skill.model, self._planner.samples, self._planner.rounds)
         return planner.choose(
             row, goal, n_left, lambda ends: skill.propose(row, ends, self._random), self._random

@@ -22,7 +22,6 @@ class Choice:
     """An action for an object.
 
     Attributes:
-        row: of the object now, (3 or 7,).
         parameters: of the action, (P,).
         expected_distance: mean distance from the goal in the end, metres, including all later
             actions.
@@ -31,7 +30,6 @@ class Choice:
         source: the number of the action of the play that it repeats; None for a new one.
     """
 
-    row: Array
     parameters: Array
     expected_distance: float
     distance_now: float
@@ -42,11 +40,6 @@ class Choice:
     def gain(self) -> float:
         """How much nearer the object comes."""
         return self.distance_now - self.expected_distance
-
-    def has_failed(self, row: Array) -> bool:
-        """Whether the object, now at this row, moved less than half as far as expected."""
-        moved = np.linalg.norm(row[:3] - self.row[:3])
-        return bool(moved < np.linalg.norm(self.expected_end - self.row[:3]) / 2)
 
 
 class Planner:
@@ -113,8 +106,9 @@ class Planner:
         weights, distances = self.distances(row, goal, kept[:1])
         floor = expected_after(weights, distances, n_left)
         expected = float((weights * np.minimum(distances, floor)).sum())
-        away = float(np.linalg.norm(row[:3] - goal))
-        return Choice(row, kept[0], expected, away, self.end(row, kept[0]))
+        return Choice(
+            kept[0], expected, float(np.linalg.norm(row[:3] - goal)), self.end(row, kept[0])
+        )
 
     def distances(self, row: Array, goal: Array, parameters: Array) -> tuple[Array, Array]:
         """How likely n actions end how far from a goal: two arrays (n, E K)."""

@@ -58,25 +58,24 @@ class Replay:
         flat = rotate(displacement[:, :2], -self._relation.angle(parameters))
         self._displacements = np.column_stack([flat, displacement[:, 2]])[self._similar]
 
-    def choose(self, row: Array, goal: Array, failed: Sequence[int] = ()) -> Choice:
+    def choose(self, row: Array, goal: Array, tried: Sequence[int] = ()) -> Choice:
         """The action that leaves the object nearest to a goal, by the mean over similar ones.
 
         Args:
             row: of the object now, (3 or 7,).
             goal: where it should be, (3,).
-            failed: sources of earlier choices that failed. They and similar ones are not chosen:
-                what did nothing would do nothing for ever.
+            tried: sources of earlier choices in this trial. They and similar ones are not chosen
+                again: where one of them did nothing, it would do nothing for ever.
         """
         away = float(np.linalg.norm(row[:3] - goal))
         sources, parameters, ends = self.candidates(row)
         if not len(sources):
-            return Choice(row, self._relation.primitive.low, away, away, row[:3])
+            return Choice(self._relation.primitive.low, away, away, row[:3])
         distances = np.linalg.norm(ends - goal, axis=2).mean(axis=1)
-        distances[np.isin(self._similar[sources], failed).any(axis=1)] = np.inf
+        distances[np.isin(self._similar[sources], tried).any(axis=1)] = np.inf
         best = int(distances.argmin())
         end = ends[best].mean(axis=0)
-        expected = float(distances[best])
-        return Choice(row, parameters[best], expected, away, end, int(sources[best]))
+        return Choice(parameters[best], float(distances[best]), away, end, int(sources[best]))
 
     def candidates(self, row: Array) -> tuple[NDArray[np.int64], Array, Array]:
         """What can be done again to an object at a row.
