@@ -61,7 +61,6 @@ class RealG(Controller):
         self._perception, self._play_settings, self._planner = perception, play, planner
         self._n_left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None
-        self._tried: dict[int, list[int]] = {}  # in a trial, sources of choices by object
         self._has_learned = False  # play is over, and everything was learned
         self.seed(0)
 
@@ -115,9 +114,8 @@ class RealG(Controller):
             )
 
     def start_extrinsic_trial(self) -> None:
-        """All of a trial's actions are left, and none was tried."""
+        """All of a trial's actions are left."""
         self._n_left = TRIAL_STEPS // self._primitive.steps
-        self._tried = {}
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """At play: an action that an object may follow. In a trial: the one that helps most."""
@@ -127,10 +125,7 @@ class RealG(Controller):
         self._decision = self._best(observation, self._n_left)
         if self._decision is None or self._decision[1].gain <= 0:
             return self._primitive.rest()
-        number, choice = self._decision
-        if choice.source is not None:
-            self._tried[number].append(choice.source)
-        return self._primitive.action(choice.parameters)
+        return self._primitive.action(self._decision[1].parameters)
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action."""
@@ -158,7 +153,7 @@ class RealG(Controller):
         """The object and the action with the largest gain."""
         rows, goals = self._perception.state(observation), self._perception.goal(observation)
         choices = [
-            (number, self._choose(number, row, goal, n_left))
+            (number, self._choose(skill, row, goal, n_left))
             for number, (skill, row, goal) in enumerate(
                 zip(self._play.skills, rows, goals, strict=False)
             )
@@ -166,10 +161,9 @@ class RealG(Controller):
         ]
         return max(choices, key=lambda choice: choice[1].gain, default=None)
 
-    def _choose(self, number: int, row: Array, goal: Array, n_left: int) -> Choice:
-        skill = self._play.skills[number]
+    def _choose(self, skill: Skill, row: Array, goal: Array, n_left: int) -> Choice:
         if self._primitive.is_repeatable:
-            return skill.replay.choose(row, goal, self._tried.setdefault(number, []))
+            return skill.replay.choose(row, goal)
         planner = Planner(skill.relation, skill.model, self._planner.samples, self._planner.rounds)
         return planner.choose(
             row, goal, n_left, lambda ends: skill.propose(row, ends, self._random), self._random

@@ -27,14 +27,12 @@ class Choice:
             actions.
         distance_now: how far it is now.
         expected_end: where it is expected after this action, (3,).
-        source: the number of the action of the play that it repeats; None for a new one.
     """
 
     parameters: Array
     expected_distance: float
     distance_now: float
     expected_end: Array
-    source: int | None = None
 
     @property
     def gain(self) -> float:

@@ -6,7 +6,7 @@ there, and that similar actions show whether it can be relied on.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -51,51 +51,43 @@ class Replay:
         self._before, self._after, self._parameters = before[:, :3], after[:, :3], parameters
         keys = self._keys()
         n, k = len(keys), min(len(keys), N_SIMILAR)
-        self._similar = np.zeros((n, k), np.int64)
+        similar = np.zeros((n, k), np.int64)
         if n:
-            self._similar = scipy.spatial.cKDTree(keys).query(keys, k)[1].reshape(n, k)
+            similar = scipy.spatial.cKDTree(keys).query(keys, k)[1].reshape(n, k)
         displacement = self._after - self._before
         flat = rotate(displacement[:, :2], -self._relation.angle(parameters))
-        self._displacements = np.column_stack([flat, displacement[:, 2]])[self._similar]
+        self._displacements = np.column_stack([flat, displacement[:, 2]])[similar]
 
-    def choose(self, row: Array, goal: Array, tried: Sequence[int] = ()) -> Choice:
+    def choose(self, row: Array, goal: Array) -> Choice:
         """The action that leaves the object nearest to a goal, by the mean over similar ones.
 
         Args:
             row: of the object now, (3 or 7,).
             goal: where it should be, (3,).
-            tried: sources of earlier choices in this trial. They and similar ones are not chosen
-                again: where one of them did nothing, it would do nothing for ever.
         """
         away = float(np.linalg.norm(row[:3] - goal))
-        sources, parameters, ends = self.candidates(row)
-        if not len(sources):
+        parameters, ends = self.candidates(row)
+        if not len(parameters):
             return Choice(self._relation.primitive.low, away, away, row[:3])
         distances = np.linalg.norm(ends - goal, axis=2).mean(axis=1)
-        distances[np.isin(self._similar[sources], tried).any(axis=1)] = np.inf
         best = int(distances.argmin())
-        end = ends[best].mean(axis=0)
-        return Choice(parameters[best], float(distances[best]), away, end, int(sources[best]))
+        return Choice(parameters[best], float(distances[best]), away, ends[best].mean(axis=0))
 
-    def candidates(self, row: Array) -> tuple[NDArray[np.int64], Array, Array]:
-        """What can be done again to an object at a row.
+    def candidates(self, row: Array) -> tuple[Array, Array]:
+        """What can be done again to an object at a row: m actions' parameters, (m, P), and ends.
 
         An action is repeated where it would begin and end at the same place relative to the object.
-
-        Returns:
-            The numbers of m actions of the play, (m,); their parameters now, (m, P); and where the
-            object would be, had it gone as after each of k similar actions, (m, k, 3).
+        The ends, (m, k, 3), are where the object would be, had it gone as after each of k similar
+        actions.
         """
         primitive = self._relation.primitive
         parameters, shift = self._parameters.copy(), row[:2] - self._before[:, :2]
         for place in (primitive.start, primitive.end):
             parameters[:, place] += shift
         fits = ((parameters >= primitive.low) & (parameters <= primitive.high)).all(axis=1)
-        sources = np.flatnonzero(fits)
-        parameters, displacements = parameters[sources], self._displacements[sources]
+        parameters, displacements = parameters[fits], self._displacements[fits]
         flat = rotate(displacements[..., :2], self._relation.angle(parameters)[:, None])
-        ends = row[:3] + np.concatenate([flat, displacements[..., 2:]], axis=2)
-        return sources, parameters, ends
+        return parameters, row[:3] + np.concatenate([flat, displacements[..., 2:]], axis=2)
 
     def get_state(self) -> dict[str, Any]:
         """What it remembers, as arrays."""
