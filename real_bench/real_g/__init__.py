@@ -5,6 +5,7 @@ All but perception and architecture work on plain arrays.
 
 from real_bench.real_g.architecture import PlannerSettings, RealG
 from real_bench.real_g.hand import Hand, Primitive, Push, primitive_of
+from real_bench.real_g.in_joints import RealGInJoints
 from real_bench.real_g.perception import Perception, PosePerception
 from real_bench.real_g.play import PlaySettings
 from real_bench.real_g.seen_images import ImagePerception
@@ -19,5 +20,6 @@ __all__ = [
     "Primitive",
     "Push",
     "RealG",
+    "RealGInJoints",
     "primitive_of",
 ]

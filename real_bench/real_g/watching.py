@@ -1,0 +1,186 @@
+"""The robot watches its own hand at the beginning of its play, until it knows how to place it.
+
+First the gripper opens and closes in random postures, which shows what the hand looks like. Then
+random postures are tried, of which one that takes little effort and is near the ground becomes the
+first of an inverse map; goal babbling extends it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
+from real_bench.real_g.hand_sight import HandSight
+from real_bench.real_g.reach import Planes, Reach
+
+Array = NDArray[np.float64]
+
+N_PAIRS, N_RANDOM, N_TRIED = 60, 150, 1000
+"""How many postures show the gripper, are random, and extend the map."""
+
+N_ARM = 7
+"""The joints of the arm; the other two are the gripper's, of which the first one opens it."""
+
+SETTLE, GRIP, RETURN = 100, 70, 320
+"""Steps that a posture, the gripper, and the way home take."""
+
+BENT_SHARE = 0.5
+"""Of the joints in a random posture; the others are straight."""
+
+MAX_DEVIATION = 0.15
+"""An arm that is blocked is farther than this from its posture, radians."""
+
+CLOSENESS = 4.0
+"""What a ground's distance costs a first posture; one joint bent all the way costs 1."""
+
+GROUND_STEP = 4
+
+
+class Watching:
+    """Decides which postures to watch.
+
+    Args:
+        action_space: of a condition with joints.
+        seed: of its random draws.
+    """
+
+    def __init__(self, action_space: Any, seed: int) -> None:
+        box = action_space.spaces["joint_command"]
+        self._low, self._high = box.low[:N_ARM], box.high[:N_ARM]
+        self._closed, self._open = box.low[N_ARM:], np.array([box.high[N_ARM], box.low[N_ARM + 1]])
+        self._random = np.random.default_rng(seed)
+        self._reach = Reach(self._low, self._high)
+        self._sight: HandSight | None = None
+        self._ground = np.zeros((0, 3))
+        self._first = np.zeros((0, 3 + N_ARM))  # points and random postures
+        self._posture = np.zeros(N_ARM)  # the last one
+        self._target: Array | None = None
+        self._image, self._depth = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
+        self._stage, self._count = "begin", 0
+        self.n_actions = 0
+
+    def next_action(self, observation: Mapping[str, Any]) -> Action | None:
+        """Looks at what came of the last action; the next one, or None if all is watched."""
+        self._look(observation)
+        action = self._act()
+        self.n_actions += action is not None
+        return action
+
+    def planes(self) -> Planes:
+        """What it has learned."""
+        return self._reach.planes()
+
+    def get_state(self) -> dict[str, Any]:
+        """All of it."""
+        return {
+            "random": self._random.bit_generator.state,
+            "reach": self._reach.get_state(),
+            "sight": None if self._sight is None else self._sight.get_state(),
+            "first": self._first,
+            "posture": self._posture,
+            "target": self._target,
+            "image": self._image,
+            "depth": self._depth,
+            "stage": self._stage,
+            "count": self._count,
+            "actions": self.n_actions,
+        }
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        self._random.bit_generator.state = state["random"]
+        self._reach.set_state(state["reach"])
+        if state["sight"] is not None:
+            self._begin_sight(HandSight.from_state(state["sight"]))
+        self._first = np.asarray(state["first"], np.float64).reshape(-1, 3 + N_ARM)
+        self._posture = np.asarray(state["posture"], np.float64)
+        self._target = None if state["target"] is None else np.asarray(state["target"], np.float64)
+        self._image = np.asarray(state["image"], np.uint8)
+        self._depth = np.asarray(state["depth"], np.float32)
+        self._stage, self._count = state["stage"], state["count"]
+        self.n_actions = state["actions"]
+
+    def _begin_sight(self, sight: HandSight) -> None:
+        self._sight, self._ground = sight, sight.ground_points(GROUND_STEP)
+
+    def _look(self, observation: Mapping[str, Any]) -> None:
+        """Learn from what the last action led to, and decide what is next."""
+        if self._stage == "ground":
+            self._begin_sight(HandSight(observation["depth"]))
+            self._stage = "closed"
+        elif self._stage == "closed":
+            self._image, self._depth = observation["retina"], observation["depth"]
+            self._stage = "open"
+        elif self._stage == "open":
+            self._compare(observation["depth"])
+        elif self._stage == "random":
+            self._observe_random(observation)
+        elif self._stage == "reach":
+            self._observe_reach(observation)
+        elif self._stage == "home":
+            self._stage, self._sight = "over", None
+
+    def _act(self) -> Action | None:
+        """The action of this stage."""
+        if self._stage == "begin":
+            self._stage = "ground"
+            return Action.rest(N_ARM + 2, RETURN)
+        if self._stage == "open":
+            return self._hold(self._open, GRIP)
+        if self._stage in ("closed", "random"):
+            bent = self._random.random(N_ARM) < BENT_SHARE
+            self._posture = self._random.uniform(self._low, self._high) * bent
+            return self._hold(self._closed, SETTLE)
+        if self._stage == "reach":
+            self._target = self._reach.next_target(self._ground, self._random)
+            self._posture = self._reach.explore(self._target, self._random)
+            return self._hold(self._closed, SETTLE)
+        return Action.rest(N_ARM + 2, RETURN) if self._stage == "home" else None
+
+    def _hold(self, gripper: Array, n_steps: int) -> Action:
+        return Action.hold(np.concatenate([self._posture, gripper]), n_steps)
+
+    def _compare(self, wide: NDArray[Any]) -> None:
+        assert self._sight is not None
+        self._sight.compare(self._image, self._depth, wide)
+        self._image, self._depth = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
+        self._count += 1
+        self._stage = "closed" if self._count < N_PAIRS else "random"
+
+    def _observe_random(self, observation: Mapping[str, Any]) -> None:
+        point = self._find(observation)
+        if point is not None:
+            self._first = np.vstack([self._first, [*point, *self._posture]])
+        self._count += 1
+        if self._count >= N_PAIRS + N_RANDOM and len(self._first):
+            self._reach.add(*self._easiest())
+            self._count, self._stage = 0, "reach"
+
+    def _observe_reach(self, observation: Mapping[str, Any]) -> None:
+        point = self._find(observation)
+        if point is not None and self._reach.is_near(point, self._target):
+            self._reach.add(point, self._posture)
+        self._count += 1
+        if self._count >= N_TRIED:
+            self._stage = "home"
+
+    def _find(self, observation: Mapping[str, Any]) -> Array | None:
+        """Where the hand is seen; None if it is not, or the arm is blocked."""
+        assert self._sight is not None
+        deviation = np.abs(observation["joint_positions"][:N_ARM] - self._posture).max()
+        if deviation > MAX_DEVIATION:
+            return None
+        return self._sight.find(observation["retina"], observation["depth"])
+
+    def _easiest(self) -> tuple[Array, Array]:
+        """The random posture that takes the least effort and is near the ground, and its point."""
+        points, postures = self._first[:, :3], self._first[:, 3:]
+        effort = ((postures / self._high) ** 2).sum(axis=1)
+        offsets = points[:, None] - self._ground[None]
+        effort += CLOSENESS * np.linalg.norm(offsets, axis=2).min(axis=1)
+        best = int(effort.argmin())
+        return points[best], postures[best]
