@@ -9,6 +9,7 @@ from real_bench.real_g.in_joints import RealGInJoints
 from real_bench.real_g.perception import Perception, PosePerception
 from real_bench.real_g.play import PlaySettings
 from real_bench.real_g.seen_images import ImagePerception
+from real_bench.real_g.watching import WatchingSettings
 
 __all__ = [
     "Hand",
@@ -21,5 +22,6 @@ __all__ = [
     "Push",
     "RealG",
     "RealGInJoints",
+    "WatchingSettings",
     "primitive_of",
 ]

@@ -13,7 +13,7 @@ from real_bench.real_g.architecture import PlannerSettings, RealG
 from real_bench.real_g.joint_push import JointPush
 from real_bench.real_g.play import PlaySettings
 from real_bench.real_g.seen_images import ImagePerception
-from real_bench.real_g.watching import Watching
+from real_bench.real_g.watching import Watching, WatchingSettings
 from real_bench.recording import Experience
 
 
@@ -24,6 +24,7 @@ class RealGInJoints(Controller):
 
     Args:
         action_space, observation_space: of a condition with joints.
+        watching: how much it watches its hand first.
         play: how it plays.
         planner: how it plans.
     """
@@ -34,12 +35,17 @@ class RealGInJoints(Controller):
         self,
         action_space: Any,
         observation_space: Any,
+        watching: WatchingSettings,
         play: PlaySettings,
         planner: PlannerSettings,
     ) -> None:
         super().__init__(action_space, observation_space)
         self._spaces = action_space, observation_space
-        self._play_settings, self._planner_settings = play, planner
+        self._watching_settings, self._play_settings, self._planner_settings = (
+            watching,
+            play,
+            planner,
+        )
         self._play: RealG | None = None
         self.seed(0)
 
@@ -47,7 +53,7 @@ class RealGInJoints(Controller):
         """Begin the random sequence of this seed; what was learned stays."""
         self._seed = seed
         if self._play is None:
-            self._watching = Watching(self._spaces[0], seed)
+            self._watching = self._new_watching(seed)
         else:
             self._play.seed(seed)
 
@@ -62,7 +68,7 @@ class RealGInJoints(Controller):
     def set_state(self, state: ControllerState) -> None:
         """Go on from there."""
         self._seed, self._play = state["seed"], None
-        self._watching = Watching(self._spaces[0], self._seed)
+        self._watching = self._new_watching(self._seed)
         self._watching.set_state(state["watching"])
         if state["play"] is not None:
             self._play = self._new_play()
@@ -105,6 +111,9 @@ class RealGInJoints(Controller):
     def explain(self) -> Explanation | None:
         """Why it chose the last action."""
         return None if self._play is None else self._play.explain()
+
+    def _new_watching(self, seed: int) -> Watching:
+        return Watching(self._spaces[0], self._watching_settings, seed)
 
     def _new_play(self) -> RealG:
         primitive = JointPush(self._watching.planes())

@@ -12,15 +12,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from real_bench.actions import Action
 from real_bench.real_g.hand_sight import HandSight
 from real_bench.real_g.reach import Planes, Reach
+from real_bench.settings import Settings
 
 Array = NDArray[np.float64]
-
-N_PAIRS, N_RANDOM, N_TRIED = 60, 150, 1000
-"""How many postures show the gripper, are random, and extend the map."""
 
 N_ARM = 7
 """The joints of the arm; the other two are the gripper's, of which the first one opens it."""
@@ -40,15 +39,31 @@ CLOSENESS = 4.0
 GROUND_STEP = 4
 
 
+class WatchingSettings(Settings):
+    """How much it watches its hand.
+
+    Attributes:
+        grips: random postures in which the gripper opens and closes.
+        random: random postures after that.
+        reached: postures that extend the map.
+    """
+
+    grips: int = Field(60, ge=1)
+    random: int = Field(150, ge=1)
+    reached: int = Field(1000, ge=1)
+
+
 class Watching:
     """Decides which postures to watch.
 
     Args:
         action_space: of a condition with joints.
+        settings: how much it watches.
         seed: of its random draws.
     """
 
-    def __init__(self, action_space: Any, seed: int) -> None:
+    def __init__(self, action_space: Any, settings: WatchingSettings, seed: int) -> None:
+        self._settings = settings
         box = action_space.spaces["joint_command"]
         self._low, self._high = box.low[:N_ARM], box.high[:N_ARM]
         self._closed, self._open = box.low[N_ARM:], np.array([box.high[N_ARM], box.low[N_ARM + 1]])
@@ -149,14 +164,14 @@ class Watching:
         self._sight.compare(self._image, self._depth, wide)
         self._image, self._depth = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
         self._count += 1
-        self._stage = "closed" if self._count < N_PAIRS else "random"
+        self._stage = "closed" if self._count < self._settings.grips else "random"
 
     def _observe_random(self, observation: Mapping[str, Any]) -> None:
         point = self._find(observation)
         if point is not None:
             self._first = np.vstack([self._first, [*point, *self._posture]])
         self._count += 1
-        if self._count >= N_PAIRS + N_RANDOM and len(self._first):
+        if self._count >= self._settings.grips + self._settings.random and len(self._first):
             self._reach.add(*self._easiest())
             self._count, self._stage = 0, "reach"
 
@@ -165,7 +180,7 @@ class Watching:
         if point is not None and self._reach.is_near(point, self._target):
             self._reach.add(point, self._posture)
         self._count += 1
-        if self._count >= N_TRIED:
+        if self._count >= self._settings.reached:
             self._stage = "home"
 
     def _find(self, observation: Mapping[str, Any]) -> Array | None:
