@@ -100,11 +100,12 @@ class HandEye:
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
+        initial: a map to use until another is known, (3, 2); None: none.
     """
 
-    def __init__(self, low: Array, high: Array) -> None:
+    def __init__(self, low: Array, high: Array, initial: Array | None = None) -> None:
         self._centre, self._half = (low + high) / 2, float(np.max(high - low)) / 2
-        self._map: Array | None = None
+        self._map = self._initial = initial
         self._evidence = 0.0
         self._n_searched = 0
 
@@ -150,7 +151,7 @@ class HandEye:
             starts.append(problem.start_from(self._map))
         cost, best = min((problem.optimise(start, 300) for start in starts), key=lambda s: s[0])
         self._evidence = problem.chance_cost - cost
-        self._map = problem.to_metres(best) if self._evidence > problem.penalty else None
+        self._map = problem.to_metres(best) if self._evidence > problem.penalty else self._initial
         return self.is_known
 
     def get_state(self) -> dict[str, Any]:

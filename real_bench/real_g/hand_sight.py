@@ -61,6 +61,12 @@ class HandSight:
         """Which colours are the hand's, (N_COLOURS,)."""
         return np.asarray(self._moved / (self._seen + RARE) > MIN_GRIPPER_SHARE)
 
+    @property
+    def image_map(self) -> Array:
+        """From offsets from the middle of the image times the distance to x, y, (3, 2), affine."""
+        scale = 1 / (self._ground.shape[1] / 2 * self.unit)
+        return np.array([[0.0, 0.0], [scale, 0.0], [0.0, scale]])
+
     def ground_points(self, step: int) -> Array:
         """Points of the ground, (n, 3), from every ``step``-th pixel and row."""
         rows, columns = np.nonzero(self._background[::step, ::step] < MAX_DEPTH)

@@ -118,7 +118,9 @@ class RealGInJoints(Controller):
     def _new_play(self) -> RealG:
         primitive = JointPush(self._watching.planes())
         ends = list(primitive.end)
-        perception = ImagePerception(primitive.low[ends], primitive.high[ends])
+        perception = ImagePerception(
+            primitive.low[ends], primitive.high[ends], self._watching.image_map
+        )
         return RealG(
             *self._spaces, primitive, perception, self._play_settings, self._planner_settings
         )

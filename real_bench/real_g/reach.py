@@ -38,11 +38,14 @@ those within the width."""
 PUSH_HEIGHT, RAISED_HEIGHT = 0.03, 0.2
 """Of pushes, and of the hand before and after, in shares of the ground's distance."""
 
-MARGIN, N_GRID = 0.02, 11
+MARGIN, N_GRID = 0.01, 11
 """The planes reach from this quantile of the low points to its opposite, with as many nodes."""
 
-NEWTON_STEPS = 8
-"""Steps of Newton's method; more change nothing."""
+SQUARE = 0.1
+"""Side of a square of the ground, in its distance."""
+
+N_STARTS, NEWTON_STEPS = 6, 8
+"""Nodes from which Newton's method starts, and its steps; more change nothing."""
 
 
 class Reach:
@@ -107,9 +110,17 @@ class Reach:
         aim = self.points[0] if target is None else target
         return bool(np.linalg.norm(point - aim) < MAX_ERROR)
 
+    @property
+    def coverage(self) -> int:
+        """How many squares of the ground it reaches, near the ground."""
+        return len(np.unique(np.floor(self._low_points()[:, :2] / SQUARE), axis=0))
+
+    def _low_points(self) -> Array:
+        return self.points[(self.points[:, 2] > 1 - 2 * LOW) & (self.points[:, 2] < 1)]
+
     def planes(self) -> Planes:
         """The map over the ground, from now on fixed."""
-        low = self.points[(self.points[:, 2] > 1 - 2 * LOW) & (self.points[:, 2] < 1)]
+        low = self._low_points()
         if len(low) < N_FIRST:
             low = self.points
         first, last = np.quantile(low[:, :2], [MARGIN, 1 - MARGIN], axis=0)
@@ -157,8 +168,14 @@ class Planes:
     def position(self, posture: Array) -> Array:
         """Where a posture near the ground puts the hand, (J,) to x, y: the inverse of near()."""
         distances = np.linalg.norm(self._postures[0] - posture, axis=2)
-        row, column = np.unravel_index(int(distances.argmin()), distances.shape)
-        xy = np.array([self._x[row], self._y[column]])
+        nodes = np.unravel_index(np.argsort(distances, axis=None)[:N_STARTS], distances.shape)
+        found = [
+            self._newton(posture, np.array([self._x[i], self._y[j]]))
+            for i, j in zip(*nodes, strict=True)
+        ]
+        return min(found, key=lambda xy: float(np.abs(self.near(xy[None])[0] - posture).max()))
+
+    def _newton(self, posture: Array, xy: Array) -> Array:
         for _ in range(NEWTON_STEPS):
             error = posture - self.near(xy[None])[0]
             slopes = [self._evaluate(0, xy[None], dx=1)[0], self._evaluate(0, xy[None], dy=1)[0]]

@@ -1,8 +1,8 @@
 """The robot watches its own hand at the beginning of its play, until it knows how to place it.
 
 First the gripper opens and closes in random postures, which shows what the hand looks like. Then
-random postures are tried, of which one that takes little effort and is near the ground becomes the
-first of an inverse map; goal babbling extends it.
+random postures are tried. Those that take little effort and are near the ground become the first of
+inverse maps, which goal babbling extends; the one that reaches most is kept.
 """
 
 from __future__ import annotations
@@ -45,11 +45,15 @@ class WatchingSettings(Settings):
     Attributes:
         grips: random postures in which the gripper opens and closes.
         random: random postures after that.
-        reached: postures that extend the map.
+        starts: of these, the ones from which maps are begun.
+        tried: postures that extend each of these maps.
+        reached: postures that then extend the one that reaches most.
     """
 
     grips: int = Field(60, ge=1)
-    random: int = Field(150, ge=1)
+    random: int = Field(300, ge=1)
+    starts: int = Field(4, ge=1)
+    tried: int = Field(150, ge=1)
     reached: int = Field(1000, ge=1)
 
 
@@ -68,7 +72,8 @@ class Watching:
         self._low, self._high = box.low[:N_ARM], box.high[:N_ARM]
         self._closed, self._open = box.low[N_ARM:], np.array([box.high[N_ARM], box.low[N_ARM + 1]])
         self._random = np.random.default_rng(seed)
-        self._reach = Reach(self._low, self._high)
+        self._reaches: list[Reach] = []
+        self._image_map = np.zeros((3, 2))
         self._sight: HandSight | None = None
         self._ground = np.zeros((0, 3))
         self._first = np.zeros((0, 3 + N_ARM))  # points and random postures
@@ -86,14 +91,20 @@ class Watching:
         return action
 
     def planes(self) -> Planes:
-        """What it has learned."""
-        return self._reach.planes()
+        """Where postures put the hand."""
+        return self._reaches[0].planes()
+
+    @property
+    def image_map(self) -> Array:
+        """Where things are that are seen, as :attr:`HandSight.image_map`."""
+        return self._image_map
 
     def get_state(self) -> dict[str, Any]:
         """All of it."""
         return {
             "random": self._random.bit_generator.state,
-            "reach": self._reach.get_state(),
+            "reaches": [reach.get_state() for reach in self._reaches],
+            "image_map": self._image_map,
             "sight": None if self._sight is None else self._sight.get_state(),
             "first": self._first,
             "posture": self._posture,
@@ -108,7 +119,10 @@ class Watching:
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
         self._random.bit_generator.state = state["random"]
-        self._reach.set_state(state["reach"])
+        self._reaches = [Reach(self._low, self._high) for _ in state["reaches"]]
+        for reach, reached in zip(self._reaches, state["reaches"], strict=True):
+            reach.set_state(reached)
+        self._image_map = np.asarray(state["image_map"], np.float64)
         if state["sight"] is not None:
             self._begin_sight(HandSight.from_state(state["sight"]))
         self._first = np.asarray(state["first"], np.float64).reshape(-1, 3 + N_ARM)
@@ -121,6 +135,7 @@ class Watching:
 
     def _begin_sight(self, sight: HandSight) -> None:
         self._sight, self._ground = sight, sight.ground_points(GROUND_STEP)
+        self._image_map = sight.image_map
 
     def _look(self, observation: Mapping[str, Any]) -> None:
         """Learn from what the last action led to, and decide what is next."""
@@ -151,8 +166,9 @@ class Watching:
             self._posture = self._random.uniform(self._low, self._high) * bent
             return self._hold(self._closed, SETTLE)
         if self._stage == "reach":
-            self._target = self._reach.next_target(self._ground, self._random)
-            self._posture = self._reach.explore(self._target, self._random)
+            reach = self._reaches[self._current]
+            self._target = reach.next_target(self._ground, self._random)
+            self._posture = reach.explore(self._target, self._random)
             return self._hold(self._closed, SETTLE)
         return Action.rest(N_ARM + 2, RETURN) if self._stage == "home" else None
 
@@ -172,16 +188,25 @@ class Watching:
             self._first = np.vstack([self._first, [*point, *self._posture]])
         self._count += 1
         if self._count >= self._settings.grips + self._settings.random and len(self._first):
-            self._reach.add(*self._easiest())
+            self._begin_maps()
             self._count, self._stage = 0, "reach"
 
     def _observe_reach(self, observation: Mapping[str, Any]) -> None:
-        point = self._find(observation)
-        if point is not None and self._reach.is_near(point, self._target):
-            self._reach.add(point, self._posture)
+        point, reach = self._find(observation), self._reaches[self._current]
+        if point is not None and reach.is_near(point, self._target):
+            reach.add(point, self._posture)
         self._count += 1
-        if self._count >= self._settings.reached:
+        n_tried = self._settings.tried * len(self._reaches)
+        if len(self._reaches) > 1 and self._count == n_tried:
+            self._reaches = [max(self._reaches, key=lambda reach: reach.coverage)]
+            self._count = self._settings.tried
+        elif self._count == self._settings.tried + self._settings.reached:
             self._stage = "home"
+
+    @property
+    def _current(self) -> int:
+        """Which map is being extended."""
+        return self._count // self._settings.tried if len(self._reaches) > 1 else 0
 
     def _find(self, observation: Mapping[str, Any]) -> Array | None:
         """Where the hand is seen; None if it is not, or the arm is blocked."""
@@ -191,11 +216,13 @@ class Watching:
             return None
         return self._sight.find(observation["retina"], observation["depth"])
 
-    def _easiest(self) -> tuple[Array, Array]:
-        """The random posture that takes the least effort and is near the ground, and its point."""
+    def _begin_maps(self) -> None:
+        """From the random postures that take the least effort and are near the ground."""
         points, postures = self._first[:, :3], self._first[:, 3:]
         effort = ((postures / self._high) ** 2).sum(axis=1)
         offsets = points[:, None] - self._ground[None]
         effort += CLOSENESS * np.linalg.norm(offsets, axis=2).min(axis=1)
-        best = int(effort.argmin())
-        return points[best], postures[best]
+        for number in np.argsort(effort, kind="stable")[: self._settings.starts]:
+            reach = Reach(self._low, self._high)
+            reach.add(points[number], postures[number])
+            self._reaches.append(reach)
