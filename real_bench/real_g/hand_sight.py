@@ -92,8 +92,8 @@ class HandSight:
         arm = self._ground - one > 2 * NEARER
         moves = arm & (other - one > NEARER)
         colours = colours_of(image)
-        self._seen += np.bincount(colours[arm], minlength=N_COLOURS)
-        self._moved += np.bincount(colours[moves], minlength=N_COLOURS)
+        self._seen = self._seen + np.bincount(colours[arm], minlength=N_COLOURS)
+        self._moved = self._moved + np.bincount(colours[moves], minlength=N_COLOURS)
 
     def find(self, image: Image, depth: NDArray[Any]) -> Array | None:
         """The lowest part of the largest patch of the hand, (3,); None if it is not seen."""
