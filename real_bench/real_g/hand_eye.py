@@ -100,12 +100,12 @@ class HandEye:
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
-        initial: a map to use until another is known, (3, 2); None: none.
+        given: a map that need not be learned, (3, 2); None: none.
     """
 
-    def __init__(self, low: Array, high: Array, initial: Array | None = None) -> None:
+    def __init__(self, low: Array, high: Array, given: Array | None = None) -> None:
         self._centre, self._half = (low + high) / 2, float(np.max(high - low)) / 2
-        self._map = self._initial = initial
+        self._map = self._given = given
         self._evidence = 0.0
         self._n_searched = 0
 
@@ -137,6 +137,8 @@ class HandEye:
             contingencies: things and what the hand did, in any order.
             random: for choosing among them if there are too many.
         """
+        if self._given is not None:
+            return True
         n = len(contingencies)
         if n > MAX_SAMPLES:
             contingencies = contingencies.subset(random.choice(n, MAX_SAMPLES, replace=False))
@@ -151,7 +153,7 @@ class HandEye:
             starts.append(problem.start_from(self._map))
         cost, best = min((problem.optimise(start, 300) for start in starts), key=lambda s: s[0])
         self._evidence = problem.chance_cost - cost
-        self._map = problem.to_metres(best) if self._evidence > problem.penalty else self._initial
+        self._map = problem.to_metres(best) if self._evidence > problem.penalty else None
         return self.is_known
 
     def get_state(self) -> dict[str, Any]:
