@@ -88,8 +88,8 @@ class RealGInJoints(Controller):
         """The tests begin; raises ControllerError where it has not watched its hand to the end."""
         if self._play is None:
             raise ControllerError(
-                "it plans with what it learned at its own play, which begins with "
-                "watching its hand: give its recording with --run, and play longer"
+                "it needs its own whole play, in which it watched its hand to the end: give that "
+                "with --run, without --run-steps or --relearn"
             )
         self._play.start_extrinsic_phase()
 
