@@ -44,8 +44,8 @@ MARGIN, N_GRID = 0.01, 11
 SQUARE = 0.1
 """Side of a square of the ground, in its distance."""
 
-N_STARTS, NEWTON_STEPS = 6, 8
-"""Nodes from which Newton's method starts, and its steps; more change nothing."""
+NEWTON_STEPS, CONVERGED = 8, 1e-9
+"""Newton's method takes as many steps from each node, until a posture is met, radians."""
 
 
 class Reach:
@@ -168,12 +168,16 @@ class Planes:
     def position(self, posture: Array) -> Array:
         """Where a posture near the ground puts the hand, (J,) to x, y: the inverse of near()."""
         distances = np.linalg.norm(self._postures[0] - posture, axis=2)
-        nodes = np.unravel_index(np.argsort(distances, axis=None)[:N_STARTS], distances.shape)
-        found = [
-            self._newton(posture, np.array([self._x[i], self._y[j]]))
-            for i, j in zip(*nodes, strict=True)
-        ]
-        return min(found, key=lambda xy: float(np.abs(self.near(xy[None])[0] - posture).max()))
+        best, least = self.low, np.inf
+        for node in np.argsort(distances, axis=None, kind="stable"):
+            row, column = np.unravel_index(int(node), distances.shape)
+            xy = self._newton(posture, np.array([self._x[row], self._y[column]]))
+            error = float(np.abs(self.near(xy[None])[0] - posture).max())
+            if error < least:
+                best, least = xy, error
+            if least < CONVERGED:
+                break
+        return best
 
     def _newton(self, posture: Array, xy: Array) -> Array:
         for _ in range(NEWTON_STEPS):
