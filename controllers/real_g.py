@@ -10,6 +10,7 @@ from real_bench.real_g import (
     PlannerSettings,
     PlaySettings,
     PosePerception,
+    Primitive,
     RealG,
     primitive_of,
 )
@@ -29,18 +30,19 @@ class RealGSeen(RealG):
     Settings = RealGSettings
 
     def __init__(self, action_space: Any, observation_space: Any, settings: RealGSettings) -> None:
+        primitive = primitive_of(action_space)
         super().__init__(
             action_space,
             observation_space,
-            perception=_perception(action_space, observation_space),
+            primitive=primitive,
+            perception=_perception(primitive, observation_space),
             play=settings.play,
             planner=settings.planner,
         )
 
 
-def _perception(action_space: Any, observation_space: Any) -> Perception:
+def _perception(primitive: Primitive, observation_space: Any) -> Perception:
     if "object_positions" in observation_space.spaces:
         return PosePerception()
-    primitive = primitive_of(action_space)
     ends = list(primitive.end)
     return ImagePerception(primitive.low[ends], primitive.high[ends])

@@ -5,9 +5,11 @@ All but perception and architecture work on plain arrays.
 
 from real_bench.real_g.architecture import PlannerSettings, RealG
 from real_bench.real_g.hand import Hand, Primitive, Push, primitive_of
+from real_bench.real_g.in_joints import RealGInJoints
 from real_bench.real_g.perception import Perception, PosePerception
 from real_bench.real_g.play import PlaySettings
 from real_bench.real_g.seen_images import ImagePerception
+from real_bench.real_g.watching import WatchingSettings
 
 __all__ = [
     "Hand",
@@ -19,5 +21,7 @@ __all__ = [
     "Primitive",
     "Push",
     "RealG",
+    "RealGInJoints",
+    "WatchingSettings",
     "primitive_of",
 ]

@@ -15,7 +15,7 @@ from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.real_g.babble import MotorBabbling
-from real_bench.real_g.hand import primitive_of
+from real_bench.real_g.hand import Primitive
 from real_bench.real_g.perception import Perception
 from real_bench.real_g.planner import Choice, Planner
 from real_bench.real_g.play import Play, PlaySettings
@@ -43,6 +43,7 @@ class RealG(Controller):
 
     Args:
         action_space, observation_space: of the condition.
+        primitive: the form of its actions.
         perception: where objects are.
         play: how it plays.
         planner: how it plans.
@@ -52,12 +53,13 @@ class RealG(Controller):
         self,
         action_space: Any,
         observation_space: Any,
+        primitive: Primitive,
         perception: Perception,
         play: PlaySettings,
         planner: PlannerSettings,
     ) -> None:
         super().__init__(action_space, observation_space)
-        self._primitive = primitive_of(action_space)
+        self._primitive = primitive
         self._perception, self._play_settings, self._planner = perception, play, planner
         self._n_left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None

@@ -234,4 +234,4 @@ def primitive_of(action_space: Any) -> Primitive:
         return Push(action_space)
     if "cartesian_command" in action_space.spaces:
         return Hand(action_space)
-    raise RealBenchError("there is no form of action for joints: use a condition with M or C")
+    raise RealBenchError("REAL-G acts with macros (M) and poses (C): with joints (J) use real_gj")

@@ -100,11 +100,12 @@ class HandEye:
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
+        given: a map that need not be learned, (3, 2); None: none.
     """
 
-    def __init__(self, low: Array, high: Array) -> None:
+    def __init__(self, low: Array, high: Array, given: Array | None = None) -> None:
         self._centre, self._half = (low + high) / 2, float(np.max(high - low)) / 2
-        self._map: Array | None = None
+        self._map = self._given = given
         self._evidence = 0.0
         self._n_searched = 0
 
@@ -136,6 +137,8 @@ class HandEye:
             contingencies: things and what the hand did, in any order.
             random: for choosing among them if there are too many.
         """
+        if self._given is not None:
+            return True
         n = len(contingencies)
         if n > MAX_SAMPLES:
             contingencies = contingencies.subset(random.choice(n, MAX_SAMPLES, replace=False))

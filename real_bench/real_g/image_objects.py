@@ -47,10 +47,12 @@ class ImageObjects:
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
+        image_map: as given to :class:`HandEye`; None: it is learned.
     """
 
-    def __init__(self, low: Array, high: Array) -> None:
+    def __init__(self, low: Array, high: Array, image_map: Array | None = None) -> None:
         self._low, self._high = np.asarray(low, np.float64), np.asarray(high, np.float64)
+        self._image_map = image_map
         self.seed(0)
 
     def seed(self, seed: int) -> None:
@@ -59,7 +61,7 @@ class ImageObjects:
         self._foreground = Foreground(np.random.default_rng(seed))
         self._appearances = Appearances()
         self._ground = Ground()
-        self._hand_eye = HandEye(self._low, self._high)
+        self._hand_eye = HandEye(self._low, self._high, self._image_map)
         self._images: list[NDArray[np.uint8]] = []  # distinct ones, packed
         self._blobs: list[list[Blob]] = []
         self._positions = np.zeros((0, 0, 2))  # of things in these, pixels

@@ -21,10 +21,11 @@ class ImagePerception:
 
     Args:
         low, high: the range of x, y that can be commanded, (2,) metres each.
+        image_map: as given to :class:`HandEye`; None: it is learned.
     """
 
-    def __init__(self, low: Array, high: Array) -> None:
-        self._objects = ImageObjects(low, high)
+    def __init__(self, low: Array, high: Array, image_map: Array | None = None) -> None:
+        self._objects = ImageObjects(low, high, image_map)
 
     def see(self, observation: Mapping[str, Any]) -> None:
         """The next moment of the play; looks only if the arm is out of view."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
@@ -56,6 +57,7 @@ class Experience:
             self._poses = recording.object_poses if self.sees_objects else None
             joints = recording.states["joint_positions"][: self.n_states]
             self.joint_positions: NDArray[np.float64] = joints
+        self._first_state = 0  # of the recording's
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
         self.durations: NDArray[np.int64] = rows["n_steps"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
@@ -65,6 +67,22 @@ class Experience:
 
     def __len__(self) -> int:
         return len(self._preconditions)
+
+    def since(self, first: int) -> Experience:
+        """What followed the first actions; its first state is the one that the next began in."""
+        part = copy.copy(self)
+        first = min(first, len(self))
+        state = self._preconditions[first] if first < len(self) else self.n_states
+        part._first_state += int(state)
+        part.n_states -= int(state)
+        part.joint_positions = self.joint_positions[state:]
+        part._poses = None if self._poses is None else self._poses[state:]
+        part._preconditions = self._preconditions[first:] - state
+        part._outcomes = self._outcomes[first:] - state
+        part.durations = self.durations[first:]
+        part._first_commands = self._first_commands[first:]
+        part._n_commands = self._n_commands[first:]
+        return part
 
     def positions_before(self) -> NDArray[np.float64]:
         """Objects' positions before each action, (n, n_objects, 3) metres; needs O."""
@@ -113,7 +131,9 @@ class Experience:
             values = np.empty(0)
             for first in range(0, self.n_states, IMAGES_PER_CHUNK):
                 count = min(IMAGES_PER_CHUNK, self.n_states - first)
-                for row, image in enumerate(recording.images(first, count), first):
+                for row, image in enumerate(
+                    recording.images(self._first_state + first, count), first
+                ):
                     value = function(image)
                     if row == 0:  # only now is the size known
                         values = np.empty((self.n_states, *value.shape), value.dtype)
@@ -147,5 +167,5 @@ class Experience:
         return Recording(self.path)
 
     def _image(self, row: int) -> NDArray[np.uint8]:
-        image: NDArray[np.uint8] = self._recording.images(int(row), 1)[0]
+        image: NDArray[np.uint8] = self._recording.images(self._first_state + int(row), 1)[0]
         return image

@@ -63,8 +63,8 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
     [
         (
             ("--controller", "real_x"),
-            "unknown controller 'real_x': use one of real_d, real_g, real_ild, real_ld, real_r, "
-            "real_t",
+            "unknown controller 'real_x': use one of real_d, real_g, real_gj, real_ild, real_ld, "
+            "real_r, real_t",
         ),
         (("--controller", "none.py"), "controller file not found: none.py"),
         (("--controller", "broken.py"), "broken.py, line 2: expected ':'"),

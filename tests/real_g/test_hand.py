@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from real_bench.actions import check_action
+from real_bench.actions import ACTION_STEPS, Action, check_action
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
 from real_bench.real_g.hand import Primitive, pointing_down
-from tests.real_g.deeds import DEEDS, HAND, JOINTS, PUSH, drawn, numbers_of, primitive_of
+from tests.real_g.deeds import (
+    DEEDS,
+    HAND,
+    JOINT_PUSH,
+    JOINTS,
+    PUSH,
+    drawn,
+    numbers_of,
+    primitive_of,
+)
 
 
 @given(numbers=numbers_of(HAND))
@@ -29,6 +38,22 @@ def test_numbers_of_a_push_can_be_recovered(numbers: Any) -> None:
     np.testing.assert_array_equal(PUSH.parameters(action), numbers)
     assert action.duration == PUSH.steps
     check_action(action, CONTROLS["M"]())
+
+
+@given(numbers=numbers_of(JOINT_PUSH))
+def test_numbers_of_a_push_with_joints_can_be_recovered(numbers: Any) -> None:
+    action = JOINT_PUSH.action(numbers)
+    np.testing.assert_allclose(JOINT_PUSH.parameters(action), numbers, atol=1e-7)
+    assert action.duration == JOINT_PUSH.steps == ACTION_STEPS
+    check_action(action, CONTROLS["J"]())
+
+
+def test_other_actions_with_joints_are_no_push() -> None:
+    commands = JOINT_PUSH.action(drawn(JOINT_PUSH, 1)[0])
+    other = commands.commands.copy()
+    other[5, 2] += 0.01
+    assert JOINT_PUSH.parameters(Action(other, commands.n_steps, commands.line)) is None
+    assert JOINT_PUSH.parameters(Action.via_points(np.ones((17, 9)))) is None
 
 
 @given(numbers=numbers_of(HAND))
@@ -66,5 +91,5 @@ def test_path_begins_and_ends_where_its_numbers_say(deed: Primitive) -> None:
 def test_bad_numbers_and_spaces_are_refused() -> None:
     with pytest.raises(RealBenchError, match="16 numbers"):
         HAND.action(np.zeros(14))
-    with pytest.raises(RealBenchError, match="M or C"):
+    with pytest.raises(RealBenchError, match="real_gj"):
         primitive_of(JOINTS)

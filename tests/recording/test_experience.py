@@ -75,3 +75,29 @@ def test_shorter_experience_holds_only_its_first_steps(cut_path: Path) -> None:
         if n_actions < len(whole):
             assert short.n_states == len(short.joint_positions) == n_states
             assert len(short.map_images(np.array)) == n_states
+
+
+@pytest.mark.parametrize("first", [0, 1, 2])
+def test_what_followed_is_the_rest(cut_path: Path, first: int) -> None:
+    experience = Experience(cut_path, OM)
+    rest = experience.since(first)
+    state = int(experience.preconditions[first])
+    assert len(rest) == len(experience) - first
+    assert rest.preconditions[0] == 0
+    np.testing.assert_array_equal(rest.positions_before(), experience.positions_before()[first:])
+    np.testing.assert_array_equal(rest.positions_after(), experience.positions_after()[first:])
+    np.testing.assert_array_equal(rest.joint_positions, experience.joint_positions[state:])
+    images = experience.map_images(np.array)
+    np.testing.assert_array_equal(rest.map_images(np.array), images[state:])
+    for i in range(len(rest)):
+        np.testing.assert_array_equal(rest.image_after(i), experience.image_after(first + i))
+        expected = experience.action(first + i)
+        np.testing.assert_array_equal(rest.action(i).commands, expected.commands)
+
+
+def test_nothing_follows_the_last_action(cut_path: Path) -> None:
+    experience = Experience(cut_path, OM)
+    for first in (len(experience), len(experience) + 3):
+        rest = experience.since(first)
+        assert len(rest) == rest.n_states == len(rest.joint_positions) == 0
+        assert rest.map_images(np.array).shape == (0,)
