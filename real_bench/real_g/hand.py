@@ -28,8 +28,8 @@ class Primitive(Protocol):
         yaw: which of them is the hand's turn about the vertical, radians; None if it has none.
         height: which of them is the height at which it reaches an object; None if it has none.
         tilts: which of them are deviations from upright; 0 is upright.
-        is_repeatable: whether it has so few parameters that a play knows an action like nearly any
-            other, so that a trial can repeat those of the play.
+        is_repeatable: whether trials repeat actions of the play, which needs few parameters: then
+            the play knows an action like nearly any other. Otherwise a model predicts outcomes.
         steps: how many steps it lasts.
     """
 
