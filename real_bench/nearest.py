@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable
 from difflib import get_close_matches
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -55,7 +55,7 @@ def unknown_name_hint(
 
 def _names_at(kind: Any, place: tuple[int | str, ...]) -> list[str]:
     """The fields of the record that a place is in; none if it is in no record."""
-    if isinstance(kind, type) and issubclass(kind, BaseModel):
+    if get_origin(kind) is None and isinstance(kind, type) and issubclass(kind, BaseModel):
         if len(place) == 1:
             return list(kind.model_fields)
         field = kind.model_fields.get(str(place[0]))

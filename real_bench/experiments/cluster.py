@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 import uuid
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,6 @@ class Cluster:
             WorkerLostError: too many workers died from it.
         """
         from distributed import KilledWorker
-        from distributed.client import FutureCancelledError
 
         self._reports[job.name] = report
         contents = {field: path.read_bytes() for field, path in job.inputs.items()}
@@ -95,7 +95,7 @@ class Cluster:
         )
         try:
             write_atomically(job.out, future.result())
-        except (KilledWorker, FutureCancelledError) as error:
+        except (KilledWorker, CancelledError) as error:
             raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
         finally:
             del self._reports[job.name]

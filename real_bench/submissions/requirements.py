@@ -98,7 +98,8 @@ def _install(submission: Submission, ours: dict[str, str], place: Path) -> None:
 def _paths(place: Path) -> dict[str, str]:
     environment = str(place / "environment")
     names = {"base": environment, "platbase": environment}
-    return sysconfig.get_paths(scheme="venv", vars=names)
+    scheme = "venv" if "venv" in sysconfig.get_scheme_names() else "posix_prefix"  # Python 3.10
+    return sysconfig.get_paths(scheme=scheme, vars=names)
 
 
 def _our_folders() -> list[str]:
