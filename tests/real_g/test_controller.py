@@ -98,7 +98,7 @@ def test_recalled_play_gives_the_same_memory_as_a_lived_one(
         n_cut = sum(len(family.members) for family in one) - sum(
             len(each.members) for each in other
         )
-        assert n_cut in ((0, 1) if condition.control == "M" else (0,))
+        assert n_cut in (0, 1)  # the last action was cut, which only the recording knows
         for family, again in zip(one, other, strict=True):
             n = len(again.members)
             np.testing.assert_allclose(family.members[:n], again.members, atol=1e-7)
