@@ -95,7 +95,7 @@ def giant_shape_without_pieces(file: h5py.File, secret: Path) -> None:
 
 def giant_piece(file: h5py.File, secret: Path) -> None:
     del file["images"]
-    file.create_dataset("images", (1, 2**16, 2**16, 3), "u1", chunks=(1, 2**16, 2**16, 3))
+    file.create_dataset("images", (1, 2**15, 2**15, 3), "u1", chunks=(1, 2**15, 2**15, 3))
 
 
 def many_equal_rows(file: h5py.File, secret: Path) -> None:
