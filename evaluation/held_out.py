@@ -30,9 +30,10 @@ from rich.table import Table
 
 from real_bench.analysis import NEAR_M, pair_distances
 from real_bench.errors import RealBenchError
+from real_bench.finding import find_controller
 from real_bench.real_x import BlurredImages, DynamicAbstraction, ObjectPositions, Planner, Triplets
 from real_bench.real_x.home import plannable
-from real_bench.real_x.latents import Latents, SightSettings
+from real_bench.real_x.latents import MIN_DIVERGENCE, Latents, SightSettings
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.metric import object_scores
 from real_bench.yaml_files import read_mapping
@@ -158,7 +159,8 @@ def perception_of(candidate: Mapping[str, Any]) -> Any:
         return ObjectPositions()
     ((kind, settings),) = candidate.items()
     if kind == "images":
-        return BlurredImages(**{"width": 20, "height": 15, "blur": 3.0, **settings})
+        images = find_controller("real_d").Settings.model_validate({"images": settings}).images
+        return BlurredImages(images.width, images.height, images.blur)
     sight = SightSettings.model_validate(settings)
     return Latents(sight.eye, sight.vae)
 
@@ -210,7 +212,7 @@ def main(
 def cells(quality: Quality) -> list[str]:
     """The numbers of one row, lengths in cm."""
     lengths = [f"{100 * value:.1f} cm" for value in (quality.left, quality.begin, quality.end)]
-    n_used = sum(value > 0.1 for value in quality.divergences)
+    n_used = sum(value > MIN_DIVERGENCE for value in quality.divergences)
     return [
         f"{quality.score:.3f}",
         lengths[0],

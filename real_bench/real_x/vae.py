@@ -93,12 +93,7 @@ class VAE:
     @fixed_threads
     def encode(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
         """The means of the latent variables of images, (n, n_inputs) to (n, n_latent)."""
-        with torch.no_grad():
-            parts = [
-                self._network.encode(part.to(self._device))[0].cpu()
-                for part in torch.split(torch.from_numpy(np.ascontiguousarray(images)), 1024)
-            ]
-        return np.asarray(torch.cat(parts).numpy(), np.float64)
+        return np.asarray(self._encoded(images)[0].numpy(), np.float64)
 
     @fixed_threads
     def divergences(self, images: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -107,12 +102,18 @@ class VAE:
         The mean over the images of its divergence (KL) from the prior: near 0 for a variable that
         says nothing.
         """
+        found = _divergence(*self._encoded(images))
+        return np.asarray(found.mean(dim=0).numpy(), np.float64)
+
+    def _encoded(self, images: NDArray[np.float32]) -> tuple[torch.Tensor, torch.Tensor]:
+        """Means and log variances of the latent variables, (n, n_latent) each."""
         with torch.no_grad():
             parts = [
-                _divergence(*self._network.encode(part.to(self._device))).cpu()
+                self._network.encode(part.to(self._device))
                 for part in torch.split(torch.from_numpy(np.ascontiguousarray(images)), 1024)
             ]
-        return np.asarray(torch.cat(parts).mean(dim=0).numpy(), np.float64)
+        means, log_variances = zip(*parts, strict=True)
+        return torch.cat(means).cpu(), torch.cat(log_variances).cpu()
 
     def weights(self) -> Weights:
         """What it has learned, as arrays."""
