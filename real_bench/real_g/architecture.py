@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from real_bench.actions import Action
 from real_bench.controller import Controller, ControllerState
@@ -16,26 +15,14 @@ from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.real_g.babble import MotorBabbling
 from real_bench.real_g.hand import Primitive
+from real_bench.real_g.model_planner import ModelPlanner, PlannerSettings
 from real_bench.real_g.perception import Perception
 from real_bench.real_g.planner import Choice, Planner
 from real_bench.real_g.play import Play, PlaySettings
-from real_bench.real_g.skill import Skill
+from real_bench.real_g.replay import ReplayPlanner
 from real_bench.recording import Experience
-from real_bench.settings import Settings
 
 Array = NDArray[np.float64]
-
-
-class PlannerSettings(Settings):
-    """Settings of the planner, which is not needed where actions are repeated (pushes).
-
-    Attributes:
-        samples: candidate actions per object in each round.
-        rounds: how often the best of them are varied.
-    """
-
-    samples: int = Field(1000, ge=20)
-    rounds: int = Field(3, ge=1)
 
 
 class RealG(Controller):
@@ -46,7 +33,7 @@ class RealG(Controller):
         primitive: the form of its actions.
         perception: where objects are.
         play: how it plays.
-        planner: how it plans.
+        planner: how it plans with a model.
     """
 
     def __init__(
@@ -60,7 +47,8 @@ class RealG(Controller):
     ) -> None:
         super().__init__(action_space, observation_space)
         self._primitive = primitive
-        self._perception, self._play_settings, self._planner = perception, play, planner
+        self._perception, self._play_settings, self._planner_settings = perception, play, planner
+        self._planners: list[Planner] = []  # one per object, once play is over
         self._n_left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None
         self._has_learned = False  # play is over, and everything was learned
@@ -83,6 +71,7 @@ class RealG(Controller):
             "skills": [skill.get_state() for skill in self._play.skills]
             if self._has_learned
             else [],
+            "planners": [planner.get_state() for planner in self._planners],
         }
 
     def set_state(self, state: ControllerState) -> None:
@@ -92,6 +81,9 @@ class RealG(Controller):
         self._perception.set_state(state["perception"])
         if state["lesson"] is not None:
             self._play.restore(state["skills"], state["lesson"])
+            self._planners = self._new_planners(len(state["planners"]))
+            for planner, learned in zip(self._planners, state["planners"], strict=True):
+                planner.set_state(learned)
             self._has_learned = True
 
     def resume_intrinsic_phase(self, experience: Experience) -> None:
@@ -105,7 +97,8 @@ class RealG(Controller):
         if self._has_learned and self._play.n_learned == len(experience):
             return
         self._recall(experience)
-        self._learn(len(self._outcomes), last=True)
+        self._learn(len(self._outcomes))
+        self._learn_to_plan()
         self._has_learned = True
 
     def start_extrinsic_phase(self) -> None:
@@ -155,21 +148,19 @@ class RealG(Controller):
         """The object and the action with the largest gain."""
         rows, goals = self._perception.state(observation), self._perception.goal(observation)
         choices = [
-            (number, self._choose(skill, row, goal, n_left))
-            for number, (skill, row, goal) in enumerate(
-                zip(self._play.skills, rows, goals, strict=False)
+            (number, self._choose(number, row, goal, n_left))
+            for number, (planner, row, goal) in enumerate(
+                zip(self._planners, rows, goals, strict=False)
             )
-            if skill.has_learned and np.isfinite(row).all() and np.isfinite(goal).all()
+            if planner.has_learned and np.isfinite(row).all() and np.isfinite(goal).all()
         ]
         return max(choices, key=lambda choice: choice[1].gain, default=None)
 
-    def _choose(self, skill: Skill, row: Array, goal: Array, n_left: int) -> Choice:
-        if self._primitive.is_repeatable:
-            return skill.replay.choose(row, goal)
-        planner = Planner(skill.relation, skill.model, self._planner.samples, self._planner.rounds)
-        return planner.choose(
-            row, goal, n_left, lambda ends: skill.propose(row, ends, self._random), self._random
-        )
+    def _choose(self, number: int, row: Array, goal: Array, n_left: int) -> Choice:
+        def propose(ends: Array) -> Array:
+            return self._play.skills[number].propose(row, ends, self._random)
+
+        return self._planners[number].choose(row, goal, n_left, propose, self._random)
 
     def _explore(self, observation: Mapping[str, Any]) -> Action:
         self._see(observation)
@@ -190,6 +181,7 @@ class RealG(Controller):
         """Begin with an empty memory; the seed is of all that is learned."""
         self._seed = seed
         self._play = Play(self._primitive, self._play_settings, seed)
+        self._planners = []
         self._babbling = MotorBabbling(self._primitive)
         self._parameters: list[Array] = []
         self._preconditions: list[int] = []
@@ -210,11 +202,30 @@ class RealG(Controller):
         """Learn for its goals from an action; the rows are those of its two moments."""
         self._play.observe(rows[0], rows[1], self._parameters[action])
 
-    def _learn(self, n: int, *, last: bool = False) -> None:
-        """Learn again from the first n actions."""
+    def _learn(self, n: int) -> None:
+        """Learn again from the first n actions what objects follow."""
+        self._play.learn(*self._known(n))
+
+    def _known(self, n: int) -> tuple[Array, Array, Array]:
+        """Of the first n actions: all objects' rows before and after, and parameters."""
         rows = self._perception.rows()
         before, after = self._preconditions[:n], self._outcomes[:n]
-        self._play.learn(rows[before], rows[after], np.array(self._parameters[:n]), last=last)
+        return rows[before], rows[after], np.array(self._parameters[:n])
+
+    def _learn_to_plan(self) -> None:
+        """Learn from all actions what they do."""
+        samples = self._play.samples(*self._known(len(self._outcomes)))
+        self._planners = self._new_planners(len(samples))
+        for planner, sample in zip(self._planners, samples, strict=True):
+            planner.learn(*sample)
+
+    def _new_planners(self, n: int) -> list[Planner]:
+        """One for each of n objects."""
+        relation = self._play.relation
+        if self._primitive.is_repeatable:
+            return [ReplayPlanner(relation) for _ in range(n)]
+        steps, settings = self._play_settings.last_steps, self._planner_settings
+        return [ModelPlanner(relation, self._seed + o, steps, settings) for o in range(n)]
 
     def _recall(self, experience: Experience) -> None:
         """Remember a whole play, and the goals that follow from it."""

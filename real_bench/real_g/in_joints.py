@@ -9,8 +9,9 @@ from real_bench.actions import Action
 from real_bench.controller import Controller, ControllerState
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
-from real_bench.real_g.architecture import PlannerSettings, RealG
+from real_bench.real_g.architecture import RealG
 from real_bench.real_g.joint_push import JointPush
+from real_bench.real_g.model_planner import PlannerSettings
 from real_bench.real_g.play import PlaySettings
 from real_bench.real_g.seen_images import ImagePerception
 from real_bench.real_g.watching import Watching, WatchingSettings

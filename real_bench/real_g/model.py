@@ -16,6 +16,9 @@ from real_bench.real_g.networks import Ensemble
 
 Array = NDArray[np.float64]
 
+MIN_ACTIONS = 30
+"""The fewest actions that are learned from."""
+
 MIN_LOG, MAX_LOG = -6.0, 1.0
 SIZE = 3
 

@@ -94,29 +94,33 @@ class Play:
             following = last + max(self._settings.first, int(self._settings.growth * last))
         return last
 
-    def learn(self, before: Array, after: Array, parameters: Array, *, last: bool = False) -> None:
-        """Learn again from n actions; unknown ones are left out.
-
-        Args:
-            before: all objects' rows, (n, n_objects, 3 or 7).
-            after: their rows after each.
-            parameters: of the actions, (n, P); NaN where they are not of the primitive's form.
-            last: play is over.
-        """
+    def learn(self, before: Array, after: Array, parameters: Array) -> None:
+        """Learn again from n actions, as :meth:`samples` takes them, what objects follow."""
         self.n_learned = len(parameters)
         log.info("learning from %d actions", len(parameters))
-        self.skills = [self._skill(o) for o in range(before.shape[1])]
+        samples, settings = self.samples(before, after, parameters), self._settings
+        self.skills = [self._skill(o) for o in range(len(samples))]
+        for skill, sample in zip(self.skills, samples, strict=True):
+            steps = settings.steps * len(sample[0])
+            skill.learn(*sample, int(np.clip(steps, settings.fewest_steps, settings.most_steps)))
+
+    def samples(
+        self, before: Array, after: Array, parameters: Array
+    ) -> list[tuple[Array, Array, Array]]:
+        """For each object its rows before and after the actions about it, and their parameters.
+
+        Args:
+            before: all objects' rows, (n, n_objects, 3 or 7); unknown ones are left out.
+            after: their rows after each.
+            parameters: of the actions, (n, P); NaN where they are not of the primitive's form.
+        """
         nearest_objects = self.nearest_objects(before, parameters)
-        for o, skill in enumerate(self.skills):
+        samples = []
+        for o in range(before.shape[1]):
             known = ~np.isnan(before[:, o]).any(axis=1) & ~np.isnan(after[:, o]).any(axis=1)
             relevant = (nearest_objects == o) & known & ~np.isnan(parameters).any(axis=1)
-            samples = before[relevant, o], after[relevant, o], parameters[relevant]
-            s = self._settings
-            skill.learn(
-                *samples, int(np.clip(s.steps * relevant.sum(), s.fewest_steps, s.most_steps))
-            )
-            if last:
-                skill.learn_outcomes(*samples, s.last_steps)
+            samples.append((before[relevant, o], after[relevant, o], parameters[relevant]))
+        return samples
 
     def restore(self, skills: Sequence[Mapping[str, Any]], n_learned: int) -> None:
         """Restore what was learned from ``n_learned`` actions."""

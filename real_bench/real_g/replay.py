@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from real_bench.real_g.planner import Choice
+from real_bench.real_g.planner import Choice, Propose
 from real_bench.real_g.relation import Relation, rotate
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ The other coordinates are metres."""
 FIELDS = ("before", "after", "parameters")
 
 
-class Replay:
+class ReplayPlanner:
     """The actions of a play on an object, and what they did to it.
 
     Args:
@@ -40,14 +40,13 @@ class Replay:
         n_parameters = len(relation.primitive.low)
         self.learn(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, n_parameters)))
 
-    def learn(self, before: Array, after: Array, parameters: Array) -> None:
-        """Remember n actions, and no others.
+    @property
+    def has_learned(self) -> bool:
+        """Whether it remembers any action."""
+        return len(self._parameters) > 0
 
-        Args:
-            before: rows of the object, (n, 3 or 7).
-            after: its rows after each.
-            parameters: of the actions, (n, P).
-        """
+    def learn(self, before: Array, after: Array, parameters: Array) -> None:
+        """Remember n actions, and no others."""
         self._before, self._after, self._parameters = before[:, :3], after[:, :3], parameters
         keys = self._keys()
         n, k = len(keys), min(len(keys), N_SIMILAR)
@@ -58,12 +57,12 @@ class Replay:
         flat = rotate(displacement[:, :2], -self._relation.angle(parameters))
         self._displacements = np.column_stack([flat, displacement[:, 2]])[similar]
 
-    def choose(self, row: Array, goal: Array) -> Choice:
+    def choose(
+        self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator
+    ) -> Choice:
         """The action that leaves the object nearest to a goal, by the mean over similar ones.
 
-        Args:
-            row: of the object now, (3 or 7,).
-            goal: where it should be, (3,).
+        Later actions are not considered, and only actions of the play.
         """
         away = float(np.linalg.norm(row[:3] - goal))
         parameters, ends = self.candidates(row)

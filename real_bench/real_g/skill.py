@@ -1,4 +1,4 @@
-"""A skill with one object: a memory of actions, and what they do to it."""
+"""A skill with one object: a memory of actions, and which of them it follows."""
 
 from __future__ import annotations
 
@@ -9,21 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.real_g.memory import ActionMemory, sample_near_object
-from real_bench.real_g.model import ContingencyModel, OutcomeModel
+from real_bench.real_g.model import MIN_ACTIONS, ContingencyModel
 from real_bench.real_g.relation import Relation
-from real_bench.real_g.replay import Replay
 
 Array = NDArray[np.float64]
 
 UNVARIED_SHARE = 0.3
 """The share of candidate actions that do not come from memory."""
 
-MIN_ACTIONS = 30
-"""The fewest actions to learn from."""
-
 
 class Skill:
-    """Proposes actions for an object, and predicts their outcomes.
+    """Proposes actions for an object, and knows which it will follow.
 
     Args:
         relation: of actions to objects.
@@ -32,12 +28,8 @@ class Skill:
     """
 
     def __init__(self, relation: Relation, memory: ActionMemory, seed: int) -> None:
-        primitive = relation.primitive
-        reach = float((primitive.high - primitive.low)[list(primitive.end)].mean())
         self.relation, self.memory = relation, memory
         self.contingency = ContingencyModel(seed)
-        self.model = OutcomeModel(seed, scale=reach)
-        self.replay = Replay(relation)
 
     @property
     def has_learned(self) -> bool:
@@ -57,21 +49,6 @@ class Skill:
             return
         followed = self.relation.contingency(before, after, parameters)
         self.contingency.train(self.relation.features(before, parameters), followed, steps)
-
-    def learn_outcomes(self, before: Array, after: Array, parameters: Array, steps: int) -> None:
-        """Learn again where the object ends; arguments as in :meth:`learn`."""
-        if len(before) < MIN_ACTIONS:
-            return
-        relation = self.relation
-        if relation.primitive.is_repeatable:
-            self.replay.learn(before, after, parameters)
-            return
-        self.model.train(
-            relation.features(before, parameters),
-            relation.outcome(before, after, parameters),
-            relation.static_outcome(parameters),
-            steps,
-        )
 
     def propose(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
         """N actions for an object at a row, (n, P), that end the hand at (n, 2) positions."""
@@ -101,13 +78,9 @@ class Skill:
         return {
             "memory": self.memory.get_state(),
             "contingency": self.contingency.get_state(),
-            "model": self.model.get_state(),
-            "replay": self.replay.get_state(),
         }
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on with what it has learned."""
         self.memory.set_state(state["memory"])
         self.contingency.set_state(state["contingency"])
-        self.model.set_state(state["model"])
-        self.replay.set_state(state["replay"])

@@ -5,14 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from real_bench.real_g.model import OutcomeModel
-from real_bench.real_g.planner import Planner, expected_after
+from real_bench.real_g.model_planner import ModelPlanner, PlannerSettings, expected_after
 from real_bench.real_g.relation import Relation
 from tests.real_g.deeds import PUSH, Array, drawn
 
 
 @pytest.fixture(scope="module")
-def planner() -> Planner:
+def planner() -> ModelPlanner:
     """In a world where what a push begins near ends where the push ends; all else stays."""
     random = np.random.default_rng(0)
     relation, numbers = Relation(PUSH), drawn(PUSH, 3000)
@@ -22,12 +21,9 @@ def planner() -> Planner:
     taken = np.linalg.norm(numbers[:, :2] - before[:, :2], axis=1) < 0.05
     after = before.copy()
     after[taken, :2] = numbers[taken, 2:]
-    model = OutcomeModel(0, scale=0.5)
-    features = relation.features(before, numbers)
-    model.train(
-        features, relation.outcome(before, after, numbers), relation.static_outcome(numbers), 1500
-    )
-    return Planner(relation, model, samples=400)
+    planner = ModelPlanner(relation, 0, 1500, PlannerSettings(samples=400))
+    planner.learn(before, after, numbers)
+    return planner
 
 
 def thought(row: Array, random: np.random.Generator, ends: Array) -> Array:
@@ -38,7 +34,9 @@ def thought(row: Array, random: np.random.Generator, ends: Array) -> Array:
 
 
 @pytest.mark.parametrize("goal", [[-0.1, 0.3, 0], [0.0, -0.3, 0], [-0.2, 0.0, 0]])
-def test_chosen_action_takes_the_object_to_the_goal(planner: Planner, goal: list[float]) -> None:
+def test_chosen_action_takes_the_object_to_the_goal(
+    planner: ModelPlanner, goal: list[float]
+) -> None:
     row, random = np.array([-0.05, 0.05, 0.0]), np.random.default_rng(0)
     choice = planner.choose(row, np.array(goal), 0, lambda ends: thought(row, random, ends), random)
     assert np.linalg.norm(choice.parameters[:2] - row[:2]) < 0.05
@@ -47,7 +45,7 @@ def test_chosen_action_takes_the_object_to_the_goal(planner: Planner, goal: list
     assert choice.gain > 0.5 * choice.distance_now
 
 
-def test_nothing_is_gained_at_the_goal(planner: Planner) -> None:
+def test_nothing_is_gained_at_the_goal(planner: ModelPlanner) -> None:
     row, random = np.array([-0.05, 0.05, 0.0]), np.random.default_rng(0)
     choice = planner.choose(row, row.copy(), 3, lambda ends: thought(row, random, ends), random)
     assert choice.distance_now == 0
