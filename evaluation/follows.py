@@ -1,4 +1,4 @@
-"""How well the object follows the hand in plays of REAL-G: numbers of docs/real_g.md.
+"""How well the object follows the hand in plays of REAL-G: numbers of docs/real_g_research.md.
 
     python evaluation/follows.py oc201.h5 oc202.h5
 
