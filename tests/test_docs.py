@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import shlex
 from pathlib import Path
 
@@ -113,6 +114,16 @@ def test_experiment_page_shows_a_valid_spec(tmp_path: Path) -> None:
         "real_t-OM-1",
         "real_d-OM-1",
     ]
+
+
+def test_every_key_in_a_table_has_a_meaning() -> None:
+    complete = runpy.run_path(str(ROOT / "docs" / "hooks.py"))["on_page_markdown"]
+    rows = re.findall(
+        r"^\| `.*\|$", complete(Page(ROOT / "docs" / "settings.md").text), re.MULTILINE
+    )
+    assert len(rows) > 100
+    for row in rows:
+        assert row.split(" | ")[-1].strip(" |"), row
 
 
 def test_tutorial_commands_run(tmp_path: Path) -> None:

@@ -34,8 +34,10 @@ class Round(Record):
         play: ``own``: each submission plays itself; ``given``: all learn from ``recordings``;
             ``none``: they are tested as they are.
         recordings: files, one per repeat; only with ``play: given``.
-        steps, trial_steps: how long a play, and a trial, lasts.
-        repeats, seed: how many plays; seeds count up from this one.
+        steps: how long a play lasts.
+        trial_steps: how long a trial lasts.
+        repeats: how many plays each submission makes or learns from.
+        seed: of the first of them; those of the others follow.
         limits: what a submission may use up, in each play and each test.
         failure: how a failed submission counts: ``zero``, or ``excluded``.
         ties: ``paired``: submissions share a rank if the paired comparison cannot tell them from

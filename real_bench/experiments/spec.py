@@ -54,7 +54,9 @@ class Play(_PlayerSpec):
     """An intrinsic phase that several cells may share.
 
     Attributes:
-        controller, condition, settings: of who plays.
+        controller: name or file of the one that plays.
+        condition: two letters: what it observes and commands.
+        settings: of the controller, above its defaults.
         images: record images; None: as `realbench intrinsic` would.
     """
 
@@ -77,7 +79,9 @@ class Cell(_PlayerSpec):
     """One number of the table, from several repeats.
 
     Attributes:
-        controller, condition, settings: of who is tested.
+        controller: name or file of the one that is tested.
+        condition: two letters: what it observes and commands.
+        settings: of the controller, above its defaults.
         objects: how many objects.
         name: unique; files begin with it.
         play: what is learned from: the name of a play, ``own``: the controller plays itself, or

@@ -39,8 +39,8 @@ class PlaySettings(Settings):
         bred: the share of actions that are variations of remembered ones, whatever is expected.
         near: the share of goals near the object.
         candidates: actions considered before one is taken.
-        steps: of training per action in a lesson, within
-            ``fewest_steps`` and ``most_steps``.
+        steps: of training in a lesson, per action that it learns from.
+        fewest_steps, most_steps: of training in a lesson, however many actions there are.
         last_steps: of training at the end of play.
     """
 

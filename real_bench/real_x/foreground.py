@@ -17,7 +17,7 @@ class ForegroundSettings(Settings):
 
     Attributes:
         width, height: of the images in which the background is found; the paper's are 320 x 240.
-        shrink: how many of their pixels a side make one cell of what the VAE is shown.
+        shrink: a cell of what the VAE is shown is this many of their pixels wide and high.
         blur: standard deviation of the Gaussian that smooths the foreground, in cells; 0 for none.
             Smoothed, two positions of an object overlap, and the nearer they are the more.
     """

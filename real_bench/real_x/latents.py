@@ -42,9 +42,10 @@ class VAESettings(Settings):
 
     Attributes:
         hidden: units of each hidden layer; the paper's are 512.
-        steps: of Adam, however few images there are; the last epoch is completed. The paper's 30
-            epochs are 3,540.
-        batch, rate: of Adam; the paper's are 128 and, we assume, 0.001.
+        steps: of training, however few images there are; the last epoch is completed. The paper's
+            30 epochs are 3,540.
+        batch: images in a step; the paper's are 128.
+        rate: of learning with Adam; the paper's is, we assume, 0.001.
         weight: of reconstruction relative to the prior, 1 in the paper; a cell counts as many of
             the paper's pixels as it covers.
     """

@@ -34,7 +34,14 @@ class _Record(BaseModel):
 
 
 class Assets(_Record):
-    """Where the files of a scene are: beside the manifest, or installed from a wheel."""
+    """Where the files of a scene are: beside the manifest, or installed from a wheel.
+
+    Attributes:
+        wheel: the package and version that holds them, as ``name==version``; without it they are
+            beside the manifest.
+        sha256: of the wheel's file.
+        folder: in which they are: in the wheel, or beside the manifest.
+    """
 
     wheel: str | None = Field(None, pattern=r"^[A-Za-z0-9._-]+==[A-Za-z0-9.]+$")
     sha256: str | None = Field(None, pattern=r"^[0-9a-f]{64}$")
@@ -48,7 +55,17 @@ class Assets(_Record):
 
 
 class Robot(_Record):
-    """The arm and gripper; joints and links by their names in the URDF."""
+    """The arm and gripper; joints and links by their names in the URDF.
+
+    Attributes:
+        urdf: its file, in the assets' folder.
+        position: of its base, metres.
+        arm_joints: the seven of the arm, from the base on.
+        finger_base_joints: the first joints of the two fingers; the first one is observed.
+        finger_tip_joints: their second joints; the first one is observed.
+        end_effector: the link that inverse kinematics places.
+        touch_links: the links whose largest contact force is observed.
+    """
 
     urdf: str
     position: Vector3
@@ -60,7 +77,14 @@ class Robot(_Record):
 
 
 class Body(_Record):
-    """A body and the pose in which it starts (metres, Euler angles in radians)."""
+    """A body and the pose in which it starts (metres, Euler angles in radians).
+
+    Attributes:
+        name: of the body.
+        urdf: its file, in the assets' folder.
+        position: where it starts, metres.
+        euler: how it starts turned, radians about x, y, z.
+    """
 
     name: Name
     urdf: str
@@ -69,14 +93,28 @@ class Body(_Record):
 
 
 class Table(_Record):
-    """The table that carries the objects."""
+    """The table that carries the objects.
+
+    Attributes:
+        urdf: its file, in the assets' folder.
+        position: metres.
+    """
 
     urdf: str
     position: Vector3
 
 
 class Camera(_Record):
-    """The fixed camera."""
+    """The fixed camera.
+
+    Attributes:
+        eye: where it is, metres.
+        target: what it looks at, metres.
+        up: which way is up in its images.
+        vertical_field_of_view_deg: degrees.
+        near, far: the distances between which it sees, metres.
+        width, height: of its images, pixels.
+    """
 
     eye: Vector3
     target: Vector3
@@ -89,14 +127,28 @@ class Camera(_Record):
 
 
 class FallenRegion(_Record):
-    """Where an object counts as fallen: below a height and, if given, beyond an x."""
+    """Where an object counts as fallen: below a height and, if given, beyond an x.
+
+    Attributes:
+        z_below: metres.
+        x_above: metres; everywhere by default.
+    """
 
     z_below: float
     x_above: float = -math.inf
 
 
 class Limits(_Record):
-    """Limits of commands."""
+    """Limits of commands.
+
+    Attributes:
+        command_low_in_pi, command_high_in_pi: the least and greatest of the nine joint commands,
+            multiples of pi radians: the arm, the gripper's first and second joints.
+        command_reach: how far a command may be from the joint's present angle, radians.
+        cartesian_low, cartesian_high: where the end effector may be sent, metres.
+        macro_low, macro_high: where macros may begin and end, x and y in metres.
+        fallen: where an object counts as fallen and is put back to where it starts.
+    """
 
     command_low_in_pi: NineNumbers
     command_high_in_pi: NineNumbers
@@ -128,7 +180,15 @@ class Limits(_Record):
 
 
 class GoalRegion(_Record):
-    """Where goals are drawn from, and from which height objects drop."""
+    """Where goals are drawn from, and from which height objects drop.
+
+    Attributes:
+        table_low, table_high: of the table, x and y in metres.
+        table_drop_height: from which an object drops onto the table, metres.
+        shelf_x_high: the end of the shelf, metres.
+        shelf_drop_height: from which an object drops onto the shelf, metres.
+        shelf_drop_from_x: where the shelf begins, metres.
+    """
 
     table_low: Vector2
     table_high: Vector2
@@ -139,7 +199,18 @@ class GoalRegion(_Record):
 
 
 class Manifest(_Record):
-    """What a scene's YAML file says."""
+    """What a scene's YAML file says.
+
+    Attributes:
+        name: of the scene.
+        assets: where its files are.
+        robot: the arm and gripper.
+        table: what carries the objects.
+        objects: in order; a test with n objects takes the first n.
+        camera: the fixed one.
+        limits: of commands.
+        goals: where they are drawn.
+    """
 
     name: Name
     assets: Assets
