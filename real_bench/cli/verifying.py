@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,15 +29,18 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
     from real_bench.errors import ResultError
     from real_bench.verification import BundleVerification, bundles_in
 
-    verdicts = []
+    verdicts: list[BundleVerdict] = []
     with bundles_in(folder) as bundles:
         if not bundles:
             raise ResultError(f"no result found in {folder}")
         with ProgressDisplay("verifying", "results", len(bundles)) as display:
-            for number, bundle in enumerate(bundles):
-                display.update(number, _name(bundle.result, folder))
-                verdicts.append(BundleVerification(bundle, **wanted).verify())
-    keep_verdicts(verdicts)
+            for _, together in groupby(bundles, lambda bundle: bundle.result.parent):
+                mine: list[BundleVerdict] = []
+                for bundle in together:
+                    display.update(len(verdicts) + len(mine), _name(bundle.result, folder))
+                    mine.append(BundleVerification(bundle, **wanted).verify())
+                keep_verdicts(mine)  # at once: verifying the rest may take hours
+                verdicts += mine
     if as_json:
         say(json.dumps([verdict.to_json() for verdict in verdicts]))
     else:

@@ -13,6 +13,7 @@ from rich.table import Table
 from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
 from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.standing import SCORED
+from real_bench.competition.verified import KeptVerdict
 from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
@@ -38,6 +39,7 @@ class Leaderboard:
     def to_json(self) -> dict[str, Any]:
         """All of it."""
         facts = self.facts.model_dump(mode="json", exclude={"goals"})
+        facts["scene"] = _scene_name(self.facts)  # not where its file is
         return {"round": facts, "rows": [row.to_json() for row in self.rows]}
 
 
@@ -68,7 +70,7 @@ def read_leaderboards(results: Path, name: str | None = None) -> list[Leaderboar
 
 def _leaderboard(folder: Path) -> Leaderboard:
     facts = load_round(folder)
-    return Leaderboard(facts, tuple(ranked(read_rows(folder), facts.failure, facts.ties)))
+    return Leaderboard(facts, tuple(ranked(read_rows(folder, facts), facts.failure, facts.ties)))
 
 
 def headings() -> list[str]:
@@ -88,7 +90,6 @@ def cells(row: Row) -> list[str]:
             str(score.interval or ABSENT),
             *(ABSENT if value is None else f"{value:.3f}" for value in by_class),
         ]
-    checked = ABSENT if row.verified is None else "yes" if row.verified.holds else "NO"
     return [
         ABSENT if row.rank is None else str(row.rank),
         quoted(standing.name),
@@ -96,7 +97,7 @@ def cells(row: Row) -> list[str]:
         standing.status,
         standing.date[:10],
         standing.sha256[:12],
-        checked,
+        _describe_verified(row.verified),
     ]
 
 
@@ -133,6 +134,10 @@ def notes(board: Leaderboard) -> list[str]:
             lines.append(
                 f"{quoted(row.standing.name)}: {quoted(row.standing.detail, MAX_DETAIL_LENGTH)}"
             )
+    for row in rows:
+        if row.verified is not None and (row.verified.unchecked or not row.verified.holds):
+            detail = quoted(row.verified.detail, MAX_DETAIL_LENGTH)
+            lines.append(f"{quoted(row.standing.name)}: {detail}")
     if facts.failure == ZERO and any(row.summary is None for row in rows):
         lines.append("a failed submission counts as 0")
     if facts.hidden:
@@ -168,6 +173,14 @@ def markdown_table(board: Leaderboard) -> str:
     return f"### {markdown(title(board))}\n\n{table}\n{below}"
 
 
+def _describe_verified(verdict: KeptVerdict | None) -> str:
+    if verdict is None:
+        return ABSENT
+    if not verdict.holds:
+        return "NO"
+    return "in part" if verdict.unchecked else "yes"
+
+
 def _describe_task(facts: RoundFacts) -> str:
     objects = counted(facts.objects, "object")
     plays = {
@@ -175,13 +188,16 @@ def _describe_task(facts: RoundFacts) -> str:
         "given": "a given play",
         "none": "without play",
     }[facts.play]
-    scene = Path(facts.scene).stem if facts.scene.endswith(".yaml") else facts.scene
     repeats = "once" if facts.repeats == 1 else f"{facts.repeats} times"
     goals = counted(facts.n_goals, "goal")
     return (
-        f"REAL_{facts.condition}, {objects}, scene {quoted(scene)}, {plays}, "
+        f"REAL_{facts.condition}, {objects}, scene {quoted(_scene_name(facts))}, {plays}, "
         f"{goals} of {facts.trial_steps:,} steps, each submission {repeats}"
     )
+
+
+def _scene_name(facts: RoundFacts) -> str:
+    return Path(facts.scene).stem if facts.scene.endswith((".yaml", ".yml")) else facts.scene
 
 
 def json_boards(boards: Sequence[Leaderboard]) -> dict[str, Any]:

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from real_bench.competition.round_file import RoundFacts, result_name
 from real_bench.competition.standing import SCORED, WAITING, Standing
 from real_bench.competition.verified import KeptVerdict, load_verified
-from real_bench.errors import ExperimentError
 from real_bench.files import file_sha256
 from real_bench.scoring.comparison import MetricComparison, compare
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
@@ -61,17 +61,23 @@ class Row:
         }
 
 
-def read_rows(folder: Path) -> list[Row]:
-    """The newest version of each submission in a round's folder; raises RealBenchError."""
-    newest: dict[str, Row] = {}
+def read_rows(folder: Path, facts: RoundFacts) -> list[Row]:
+    """The current version of each submission in a round's folder; raises RealBenchError."""
+    versions: dict[str, list[tuple[Path, Standing]]] = {}
     for home in sorted(path for path in folder.iterdir() if path.is_dir()):
         standing = Standing.load(home)
-        if standing is None:
-            continue
-        known = newest.get(standing.key)
-        if known is None or known.standing.date <= standing.date:
-            newest[standing.key] = _row(home, standing)
-    return list(newest.values())
+        if standing is not None:
+            versions.setdefault(standing.key, []).append((home, standing))
+    return [
+        _row(*_current(facts.current.get(key, ""), known), facts)
+        for key, known in sorted(versions.items())
+    ]
+
+
+def _current(name: str, versions: Sequence[tuple[Path, Standing]]) -> tuple[Path, Standing]:
+    """The version of this name; the newest if there is none of it."""
+    newest = max(versions, key=lambda version: version[1].date)
+    return next((version for version in versions if version[0].name == name), newest)
 
 
 def ranked(rows: Sequence[Row], failure: str, ties: str) -> list[Row]:
@@ -113,13 +119,16 @@ def _tie(row: Row, first: Row, ties: str) -> MetricComparison | None:
     return compared if cannot_tell else None
 
 
-def _row(home: Path, standing: Standing) -> Row:
-    files = tuple(sorted(home.glob("*[0-9].json")))
+def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
     if standing.status != SCORED:
         return Row(standing, home)
-    results = tuple(load_result(file) for file in files)
-    if not results:
-        raise ExperimentError(f"{home} is scored but holds no result: run the round again")
+    files = tuple(sorted(home.glob("*[0-9].json")))
+    if facts.seeds:
+        files = tuple(home / result_name(seed) for seed in facts.seeds)
+    results = tuple(load_result(file) for file in files if file.exists())
+    if not results or len(results) < len(files) or not all(map(facts.includes, results)):
+        changes = {"status": WAITING, "detail": "it was not tested in this round as it is now"}
+        return Row(standing.model_copy(update=changes), home)
     return Row(
         standing,
         home,

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar
+
+from pydantic import Field
 
 from real_bench.competition.kept import KeptRecord
 from real_bench.competition.spec import Competition
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
+from real_bench.scoring.result import Result
 
 
 class RoundFacts(KeptRecord):
@@ -21,6 +25,9 @@ class RoundFacts(KeptRecord):
         goals: where the goal set was.
         goals_sha256, n_goals: of its content.
         hidden: whether the goals must not be shown.
+        seeds: of its repeats; none in files of old, where all results count.
+        current: by the key of each submission, the version of it that was handed in last; a
+            withdrawn one keeps its last.
     """
 
     FILE: ClassVar[str] = "round.json"
@@ -42,10 +49,14 @@ class RoundFacts(KeptRecord):
     n_goals: int
     hidden: bool
     commitment: str
+    seeds: tuple[int, ...] = ()
+    current: dict[str, str] = Field(default_factory=dict)
 
     @classmethod
-    def of(cls, competition: Competition, name: str, goals: GoalSet) -> RoundFacts:
-        """The facts of a round."""
+    def of(
+        cls, competition: Competition, name: str, goals: GoalSet, current: Mapping[str, str]
+    ) -> RoundFacts:
+        """The facts of a round, with the current version of each submission."""
         chosen = competition.rounds[name]
         facts: dict[str, Any] = {
             field: getattr(chosen, field)
@@ -59,6 +70,8 @@ class RoundFacts(KeptRecord):
             name=name,
             scene=competition.scene_source,
             repeats=len(chosen.seeds),
+            seeds=tuple(chosen.seeds),
+            current=dict(current),
             limits=asdict(chosen.limits),
             goals=str(competition.goals(name).resolve()),
             goals_sha256=goals.sha256,
@@ -66,6 +79,26 @@ class RoundFacts(KeptRecord):
             hidden=goals.is_secret and not chosen.released,
             **facts,
         )
+
+    def includes(self, result: Result) -> bool:
+        """Whether a result is one of this round, as it is now."""
+        setting = result.setting
+        expected = {
+            "condition": self.condition,
+            "objects": self.objects,
+            "goals_sha256": self.goals_sha256,
+            "trial_steps": self.trial_steps,
+        }
+        if self.play == "own":
+            expected["run_steps"] = self.steps
+        if self.seeds and setting.seed not in self.seeds:
+            return False
+        return all(getattr(setting, name) == value for name, value in expected.items())
+
+
+def result_name(seed: int) -> str:
+    """The file of a repeat's result, in a submission's folder."""
+    return f"seed{seed}.json"
 
 
 def load_round(folder: Path) -> RoundFacts:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.competition.entries import Entry, read_entries
-from real_bench.competition.round_file import RoundFacts
+from real_bench.competition.round_file import RoundFacts, result_name
 from real_bench.competition.spec import Competition, Round
 from real_bench.competition.standing import (
     REFUSED,
@@ -20,7 +20,7 @@ from real_bench.competition.standing import (
     FailureRecord,
     Standing,
 )
-from real_bench.experiments.job_state import mismatch_error, mismatch_message, state_of
+from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
 from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
@@ -74,7 +74,6 @@ class RoundRun:
         """
         self._goals.check_fits(self._scene, self.round.objects)
         _ = self._given  # can they be read?
-        self._facts().save(self.folder)
         entries = read_entries(
             self.submissions, self.competition.results_folder, self.round.condition
         )
@@ -87,6 +86,9 @@ class RoundRun:
     ) -> PendingJobs:
         """The plays and tests that are not done, of submissions that have not failed.
 
+        From now on the round's folder says what the round is. If files are not of this round,
+        nothing in it changes.
+
         Args:
             entries: the submissions.
             retry: retry what failed.
@@ -98,30 +100,32 @@ class RoundRun:
         plays: list[PlayJob] = []
         scorings: list[ScoringJob] = []
         wrong: list[str] = []
+        retried: list[Entry] = []
         for entry in entries:
             if entry.folder is None:
                 continue
             standing = self._standing(entry)
             if retry and standing.failures:
                 standing = entry.standing
-                standing.save(self.home(entry))
+                retried.append(entry)
             for play, scoring in self.jobs(entry):
                 if {scoring.name, *([play.name] if play else [])} & set(standing.failures):
                     continue
                 state = state_of(scoring)
-                wrong += [mismatch_message(scoring, state.mismatches)] if state.mismatches else []
+                wrong += self._misfits(entry, scoring, state)
                 if state.reached == "done" and not state.mismatches:
                     continue
                 scorings.append(scoring)
                 if play is not None:
                     played = state_of(play)
-                    wrong += (
-                        [mismatch_message(play, played.mismatches)] if played.mismatches else []
-                    )
+                    wrong += self._misfits(entry, play, played)
                     if played.reached != "done" or played.mismatches:
                         plays.append(play)
         if wrong and not overwrite:
             raise mismatch_error(wrong)
+        self._facts(entries).save(self.folder)
+        for entry in retried:
+            entry.standing.save(self.home(entry))
         return PendingJobs(tuple(plays), tuple(scorings))
 
     def make(
@@ -189,7 +193,7 @@ class RoundRun:
             run, length = (play.out, play.steps) if play else given[number] if given else (None, 0)
             scoring = ScoringJob(
                 **self._shared_fields(
-                    entry, seed, f"{entry.standing.key}-test{seed}", f"seed{seed}.json"
+                    entry, seed, f"{entry.standing.key}-test{seed}", result_name(seed)
                 ),
                 trial_steps=this_round.trial_steps,
                 goals=self.competition.goals(self.name),
@@ -244,8 +248,17 @@ class RoundRun:
         )
         self._standing(entry).with_failure(job.name, failed).save(self.home(entry))
 
-    def _facts(self) -> RoundFacts:
-        return RoundFacts.of(self.competition, self.name, self._goals)
+    def _misfits(self, entry: Entry, job: Job, state: JobState) -> list[str]:
+        """What in a job's file is not of this round, in a line, if anything."""
+        if not state.mismatches:
+            return []
+        return [f"{entry.version}/{mismatch_message(job, state.mismatches)}"]
+
+    def _facts(self, entries: Sequence[Entry]) -> RoundFacts:
+        known = RoundFacts.load(self.folder)
+        current = {} if known is None else known.current
+        current |= {entry.standing.key: entry.version for entry in entries}
+        return RoundFacts.of(self.competition, self.name, self._goals, current)
 
     @cached_property
     def _given(self) -> list[tuple[Path, int]]:

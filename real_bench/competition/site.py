@@ -8,7 +8,14 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from real_bench.competition.leaderboard import Leaderboard, cells, headings, notes, title
+from real_bench.competition.leaderboard import (
+    Leaderboard,
+    cells,
+    headings,
+    json_boards,
+    notes,
+    title,
+)
 from real_bench.competition.ranking import Row
 from real_bench.competition.round_file import RoundFacts
 from real_bench.errors import GoalSetError
@@ -51,34 +58,43 @@ def write_site(
         OutputError: the folder holds something else, or a site that must not be overwritten.
         RealBenchError: a result or goal set cannot be read.
     """
-    _check(folder, overwrite=overwrite)
+    stale = _check(folder, overwrite=overwrite)
+    _write(folder / MARK, json.dumps({"realbench": __version__}))
     remarks: list[str] = []
     names: dict[tuple[str, str], str] = {}
+    pages: dict[str, str] = {}
     for board in boards:
         goals = _goals(board.facts, remarks)
         for row in board.rows:
-            name = f"{board.facts.name}-{row.standing.key}.html"
+            name = f"{page_prefix(board.facts.name, row.standing.key)}.html"
             names[board.facts.name, row.standing.key] = name
             shot = folder / FILMS if films else None
             page = Page(name, board, row, tuple(_tests(board.facts, row, goals, shot)))
-            _write(folder / name, _render("submission", page=page))
-    index = _render("index", boards=boards, names=names)
-    _write(folder / "index.html", index)
-    write_atomically(folder / "leaderboard.json", _json(boards))
-    write_atomically(folder / MARK, json.dumps({"realbench": __version__}).encode())
+            pages[name] = _render("submission", page=page)
+    pages["index.html"] = _render("index", boards=boards, names=names)
+    pages["leaderboard.json"] = json.dumps(json_boards(boards), ensure_ascii=False)
+    for name, text in pages.items():
+        _write(folder / name, text)
+    for page_file in stale - {folder / name for name in pages}:
+        page_file.unlink()
     return remarks
 
 
-def _check(folder: Path, *, overwrite: bool) -> None:
+def page_prefix(round_name: str, key: str) -> str:
+    """What names of a submission's files begin with: neither of the two can hold a ``~``."""
+    return f"{round_name}~{key}"
+
+
+def _check(folder: Path, *, overwrite: bool) -> set[Path]:
+    """The pages that a site has already; raises OutputError where it must not be replaced."""
     check_folder(folder, make=True)
     if not any(folder.iterdir()):
-        return
+        return set()
     if not (folder / MARK).exists():
         raise OutputError(f"{folder} holds other files: use an empty folder")
     if not overwrite:
         raise OutputError(f"{folder} holds a site: use --overwrite, or another --site")
-    for page in folder.glob("*.html"):
-        page.unlink()
+    return set(folder.glob("*.html"))
 
 
 def _goals(facts: RoundFacts, remarks: list[str]) -> GoalSet | None:
@@ -112,7 +128,7 @@ def _tests(
         if films is not None and goals is not None:
             from real_bench.competition.films import film_result
 
-            prefix = f"{facts.name}-{row.standing.key}-{file.stem}"
+            prefix = f"{page_prefix(facts.name, row.standing.key)}~{file.stem}"
             names = film_result(result, goals, load_scene(facts.scene), films, prefix)
         shown = {goal: f"{FILMS}/{name}" for goal, name in names.items()}
         yield read_tested(file, (), sets), shown
@@ -145,9 +161,3 @@ def _render(name: str, **values: object) -> str:
 
 def _write(path: Path, text: str) -> None:
     write_atomically(path, text.encode())
-
-
-def _json(boards: Sequence[Leaderboard]) -> bytes:
-    from real_bench.competition.leaderboard import json_boards
-
-    return json.dumps(json_boards(boards), ensure_ascii=False).encode()

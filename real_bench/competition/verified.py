@@ -18,7 +18,8 @@ class KeptVerdict(KeptRecord):
 
     Attributes:
         results: hashes of their files; it applies to no others.
-        holds: whether they are proved.
+        holds: whether they are proved, as far as they were checked.
+        unchecked: what was not checked, or not to the end.
         detail: the verdict in a line.
         date: when.
     """
@@ -27,6 +28,7 @@ class KeptVerdict(KeptRecord):
 
     results: tuple[str, ...]
     holds: bool
+    unchecked: tuple[str, ...] = ()
     detail: str
     date: str
 
@@ -40,16 +42,24 @@ def load_verified(home: Path, results: Sequence[str]) -> KeptVerdict | None:
 def keep_verdicts(verdicts: Sequence[BundleVerdict]) -> None:
     """Keep verdicts on a round's results beside them, for its leaderboard.
 
-    A submission is verified where all its results are; nothing is kept where one is undecided.
+    A submission is verified where all its results are. If one fails, it is not; otherwise nothing
+    is kept where one is undecided.
     """
     for home in {verdict.bundle.result.parent for verdict in verdicts}:
         mine = [verdict for verdict in verdicts if verdict.bundle.result.parent == home]
-        if not (home / Standing.FILE).exists() or any(each.is_undecided for each in mine):
+        if not (home / Standing.FILE).exists():
             continue
-        worst = next((verdict for verdict in mine if not verdict.holds), mine[0])
+        worst = max(mine, key=lambda each: (_fails(each), each.is_undecided, len(each.unchecked)))
+        if worst.is_undecided:
+            continue
         KeptVerdict(
             results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
             holds=worst.holds,
+            unchecked=worst.unchecked,
             detail=worst.detail,
             date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
         ).save(home)
+
+
+def _fails(verdict: BundleVerdict) -> bool:
+    return not verdict.holds and not verdict.is_undecided

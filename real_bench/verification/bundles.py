@@ -28,7 +28,7 @@ class Bundle:
 
     Attributes:
         result: the file.
-        recording: that it learned from, as far as known; None if there is none.
+        recording: that it learned from, or else the one that should be it; None if there is none.
         submission: the folder of what was tested; None if there is none.
     """
 
@@ -78,22 +78,25 @@ def _unpack_submission(archive: Path, folder: Path) -> Path | None:
 
 def _frozen(folder: Path) -> Path:
     """Where a round keeps the submission whose results lie in a folder."""
-    return folder.parent.parent / FROZEN / folder.name
+    home = folder.resolve()
+    return home.parent.parent / FROZEN / home.name
 
 
 def _bundle(result: Path, recordings: list[Path], submissions: list[Path]) -> Bundle:
-    """The result with its recording and submission, found by hash or as the only ones there."""
+    """The result with its recording and submission, found by hash, else by name or as the first."""
     try:
         setting = parse_content(read_content(result), result).setting
     except ResultError:
         return Bundle(result, None, None)
-    return Bundle(result, _recording(setting, recordings), _submission(setting, submissions))
+    recording = _recording(setting, result.stem, recordings) if setting.run_steps else None
+    return Bundle(result, recording, _submission(setting, submissions))
 
 
-def _recording(setting: Setting, recordings: list[Path]) -> Path | None:
-    found = [path for path in recordings if file_sha256(path) == setting.run_sha256]
-    known = found or (recordings if len(recordings) == 1 else [])
-    return known[0] if known and setting.run_steps else None
+def _recording(setting: Setting, name: str, recordings: list[Path]) -> Path | None:
+    """The one that it learned from; where it is not there, one that will not hold."""
+    by_hash = (path for path in recordings if file_sha256(path) == setting.run_sha256)
+    by_name = (path for path in recordings if path.stem == name)
+    return next(by_hash, None) or next(by_name, None) or next(iter(recordings), None)
 
 
 def _submission(setting: Setting, submissions: list[Path]) -> Path | None:

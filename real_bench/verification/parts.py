@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-HOLDS, FAILS, UNDECIDED, NOT_CHECKED = "holds", "FAILS", "undecided", "not checked"
+HOLDS, IN_PART, FAILS = "holds", "in part", "FAILS"
+UNDECIDED, NOT_CHECKED = "undecided", "not checked"
 
 PartOutcome = tuple[str, str]
 """A verdict, one of these, and why."""

@@ -14,11 +14,21 @@ from real_bench.scoring.result import Result, load_result
 from real_bench.source import ControllerSource
 from real_bench.verification.bundles import Bundle
 from real_bench.verification.doing_again import check_actions, check_play
-from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, UNDECIDED, Part, PartOutcome
+from real_bench.verification.parts import (
+    FAILS,
+    HOLDS,
+    IN_PART,
+    NOT_CHECKED,
+    UNDECIDED,
+    Part,
+    PartOutcome,
+)
 from real_bench.verification.recordings import RecordingVerification
 from real_bench.verification.results import ResultVerification
 
 OnReplay = Callable[[int, int], None]
+
+PLAY = "play"
 
 
 @dataclass(frozen=True)
@@ -38,7 +48,16 @@ class BundleVerdict:
     @property
     def holds(self) -> bool:
         """Whether all that could be checked holds."""
-        return all(part.verdict in (HOLDS, NOT_CHECKED) for part in self.parts)
+        return all(part.verdict in (HOLDS, IN_PART, NOT_CHECKED) for part in self.parts)
+
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """The parts that were not checked, or not to the end; play is checked on request only."""
+        return tuple(
+            part.what
+            for part in self.parts
+            if part.verdict in (IN_PART, NOT_CHECKED) and part.what != PLAY
+        )
 
     @property
     def is_undecided(self) -> bool:
@@ -53,9 +72,13 @@ class BundleVerdict:
         if wrong:
             first = min(wrong, key=lambda part: part.verdict != FAILS)
             return f"{first.what}: {first.detail}"
-        done = ", ".join(part.what for part in self.parts if part.verdict == HOLDS)
-        left = ", ".join(part.what for part in self.parts if part.verdict == NOT_CHECKED)
-        return f"verified: {done}" + (f" (not checked: {left})" if left else "")
+        by_verdict = {
+            verdict: ", ".join(part.what for part in self.parts if part.verdict == verdict)
+            for verdict in (HOLDS, IN_PART, NOT_CHECKED)
+        }
+        rest = [f"{verdict}: {by_verdict[verdict]}" for verdict in (IN_PART, NOT_CHECKED)]
+        rest = [each for each in rest if not each.endswith(": ")]
+        return f"verified: {by_verdict[HOLDS]}" + (f" ({'; '.join(rest)})" if rest else "")
 
     def to_json(self) -> dict[str, Any]:
         """All of it."""
@@ -66,6 +89,7 @@ class BundleVerdict:
             "score": self.score,
             "verified": self.holds,
             "undecided": self.is_undecided,
+            "unchecked": list(self.unchecked),
             "detail": self.detail,
             "parts": [asdict(part) for part in self.parts],
         }
@@ -111,11 +135,11 @@ class BundleVerification:
         parts: list[Part] = []
         checks: dict[str, Callable[[], PartOutcome]] = {
             "trials": lambda: self._check_trials(report),
-            "recording": self._check_recording,
+            "recording": lambda: self._check_recording(result),
             "code": lambda: self._check_code(result),
             "settings": lambda: self._check_settings(result),
             "state": lambda: self._check_state(result, parts),
-            "play": lambda: self._check_play(parts),
+            PLAY: lambda: self._check_play(parts),
         }
         for what, check in checks.items():
             try:
@@ -138,13 +162,18 @@ class BundleVerification:
         ).verify(report)
         return _verdict_of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
 
-    def _check_recording(self) -> PartOutcome:
+    def _check_recording(self, result: Result) -> PartOutcome:
+        if not result.setting.run_steps:
+            return HOLDS, "it learned from none"
         if self.bundle.recording is None:
             return NOT_CHECKED, "no recording found"
         verdict = RecordingVerification(
             self.bundle.recording, scene=self.scene, n_steps=self.n_steps
         ).verify(lambda done, total: None)
-        return _verdict_of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
+        outcome = _verdict_of(verdict.holds, verdict.is_undecided)
+        if outcome == HOLDS and verdict.n_steps < verdict.total_steps:
+            outcome = IN_PART
+        return outcome, verdict.lines()[-1]
 
     def _check_code(self, result: Result) -> PartOutcome:
         if self.bundle.submission is None:
@@ -160,7 +189,9 @@ class BundleVerification:
                 played = recording.code_sha256
             if played != here and learned is not None:
                 return FAILS, "the submission is not the code that played"
-        return HOLDS, f"{here[:12]} played and was tested"
+            if played == here:
+                return HOLDS, f"{here[:12]} played and was tested"
+        return HOLDS, f"{here[:12]} was tested"
 
     def _check_settings(self, result: Result) -> PartOutcome:
         learned = result.setting.learned

@@ -12,6 +12,7 @@ from typing import Any
 import h5py
 import pytest
 
+from real_bench.competition.verified import KeptVerdict, keep_verdicts
 from real_bench.goal_sets import (
     generate_goal_set,
     load_goal_set,
@@ -20,7 +21,9 @@ from real_bench.goal_sets import (
 )
 from real_bench.scoring.result_file import sealed
 from real_bench.simulation import Scene
-from real_bench.verification import doing_again
+from real_bench.verification import BundleVerdict, doing_again
+from real_bench.verification.bundles import Bundle as Bundled
+from real_bench.verification.parts import Part
 from tests.cli.shell import realbench
 from tests.competition.five import rounds, submission
 
@@ -259,6 +262,57 @@ def test_leaderboard_shows_that_a_round_was_verified(place: Path) -> None:
     forge(result, lambda content: content["trials"][0].update(distances=[0.0]))
     told = realbench(place, "leaderboard", "results", "--format", "json").stdout
     assert json.loads(told)["first"]["rows"][0]["verified"] is None
+
+
+def test_changed_recording_is_found_among_several(bundle: Bundle, honest: Path) -> None:
+    place = bundle()
+    shutil.copy(honest / "run2.h5", place / "other.h5")
+    assert verdict(place, honest, "--relearn", "0", code=0)["verified"] is True
+    with h5py.File(place / "run.h5", "r+") as recording:
+        recording.attrs["more"] = 1
+    found = verdict(place, honest, "--relearn", "0")
+    assert found["verified"] is False
+    assert parts(found)["trials"] == "FAILS"
+
+
+def test_what_was_verified_in_part_is_shown_as_such(place: Path) -> None:
+    """Nor does it matter from where."""
+    submission(place / "submissions" / "learner", LEARNER)
+    path = rounds(place, steps=2000, trial_steps=800)
+    realbench(place, "round", "run", "submissions", path)
+    options = ["--goals", place / "goals.npy", "--relearn", "0", "--steps", "1000"]
+    realbench(place / "results" / "first", "verify", ".", *options)
+    board = realbench(place, "leaderboard", "results").stdout
+    assert " in part" in board
+    assert "in part: recording; not checked: state, play" in " ".join(board.split())
+
+
+def made_verdict(home: Path, name: str, *verdicts: str) -> BundleVerdict:
+    result = home / name
+    result.write_text(name)
+    made = tuple(Part(f"part{number}", verdict, "") for number, verdict in enumerate(verdicts))
+    return BundleVerdict(Bundled(result, None, None), 0.5, made)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "kept"),
+    [
+        (["holds", "holds"], ["holds", "holds"], (True, ())),
+        (["holds", "holds"], ["holds", "in part"], (True, ("part1",))),
+        (["holds", "undecided"], ["FAILS", "holds"], (False, ())),
+        (["not checked", "holds"], ["FAILS", "holds"], (False, ())),
+        (["holds", "undecided"], ["holds", "holds"], None),
+    ],
+)
+def test_worst_verdict_of_several_is_kept(
+    tmp_path: Path, first: list[str], second: list[str], kept: tuple[bool, tuple[str, ...]] | None
+) -> None:
+    (tmp_path / "standing.json").write_text("{}")
+    keep_verdicts(
+        [made_verdict(tmp_path, "0.json", *first), made_verdict(tmp_path, "1.json", *second)]
+    )
+    found = KeptVerdict.load(tmp_path)
+    assert (found and (found.holds, found.unchecked)) == kept
 
 
 def test_options_that_do_not_apply_are_refused(bundle: Bundle) -> None:

@@ -1,7 +1,10 @@
 from __future__ import annotations
 
 import json
+import os
 import random
+import re
+import shutil
 import subprocess
 import time
 import zipfile
@@ -84,6 +87,54 @@ def test_archives_and_new_versions_are_run_and_misfits_refused(place: Path) -> N
     realbench(place, "round", "run", "submissions", path)
     assert rows_of(place)["team"]["sha256"] != first
     assert len(list((place / "results" / "first").glob("team-*"))) == 2
+
+
+def test_version_handed_in_last_is_the_one_that_is_shown(place: Path) -> None:
+    """Also if it was handed in before, and whatever the dates of its files."""
+    submissions = place / "submissions"
+    path = rounds(place, play="none", trial_steps=1000)
+    handed_in = []
+    for code in (GOOD, f"{GOOD}\nNEW = True\n", GOOD):
+        shutil.rmtree(submissions, ignore_errors=True)
+        folder = submission(submissions / "team", code)
+        for file in folder.iterdir():
+            os.utime(file, (315532800, 315532800))  # 1980, as in an archive
+        realbench(place, "round", "run", "submissions", path)
+        handed_in.append(rows_of(place)["team"]["sha256"])
+    assert handed_in[0] != handed_in[1]
+    assert handed_in[0] == handed_in[2]
+
+
+def test_only_results_of_the_round_as_it_is_now_are_ranked(place: Path) -> None:
+    """Of fewer repeats, and of a submission that was withdrawn before the round changed."""
+    submissions = place / "submissions"
+    for name in ("stays", "goes"):
+        submission(submissions / name, GOOD)
+    changes = {"play": "none", "trial_steps": 1000}
+    realbench(place, "round", "run", "submissions", rounds(place, **changes, repeats=2))
+    realbench(place, "round", "run", "submissions", rounds(place, **changes, seed=1))
+    for row in rows_of(place).values():
+        assert row["files"] == ["seed1.json"]
+    shutil.rmtree(submissions / "goes")
+    path = rounds(place, play="none", trial_steps=1100)
+    realbench(place, "round", "run", "submissions", path, "--overwrite")
+    rows = rows_of(place)
+    assert (rows["stays"]["rank"], rows["stays"]["files"]) == (1, ["seed0.json"])
+    assert (rows["goes"]["rank"], rows["goes"]["status"]) == (None, "waiting")
+    assert "not tested in this round as it is now" in rows["goes"]["detail"]
+
+
+def test_refused_run_changes_nothing(place: Path) -> None:
+    submissions = place / "submissions"
+    submission(submissions / "good", GOOD)
+    submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
+    realbench(place, "round", "run", "submissions", rounds(place, play="none", trial_steps=1000))
+    before = rows_of(place), (place / "results" / "first" / "round.json").read_bytes()
+    path = rounds(place, play="none", trial_steps=1100)
+    done = realbench(place, "round", "run", "submissions", path, "--retry", code=1)
+    assert re.search(r"good-[0-9a-f]{12}/seed0.json does not belong here", done.stderr)
+    after = rows_of(place), (place / "results" / "first" / "round.json").read_bytes()
+    assert after == before
 
 
 def test_failed_submission_is_retried_on_request(place: Path) -> None:

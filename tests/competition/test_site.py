@@ -1,14 +1,20 @@
 from __future__ import annotations
 
+import json
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from real_bench.competition.site import page_prefix
 from tests.cli.shell import realbench
 from tests.competition.five import GOOD, rounds, submission
 
+NAMES = st.from_regex(r"[a-z0-9_][a-z0-9_.+-]{0,3}", fullmatch=True)
 HOSTILE = "<script>alert('x')</script>&\"'"
 
 
@@ -43,10 +49,34 @@ def test_existing_folder_is_not_overwritten(site: Path, tmp_path: Path) -> None:
     assert "use --overwrite" in done.stderr
 
 
+def test_site_is_kept_until_a_new_one_can_be_made(site: Path, tmp_path: Path) -> None:
+    """Here the films need a scene that is gone. A site that was begun can be made again."""
+    place = tmp_path / "place"
+    shutil.copytree(site.parent, place)
+    facts = place / "results" / "first" / "round.json"
+    changed = json.loads(facts.read_text()) | {"scene": "nowhere.yaml"}
+    facts.write_text(json.dumps(changed))
+    options = ["leaderboard", "results", "--films"]
+    before = {page.name: page.read_bytes() for page in (place / "site").glob("*.html")}
+    assert len(before) == 3
+    realbench(place, *options, "--site", "site", "--overwrite", code=1)
+    assert {page.name: page.read_bytes() for page in (place / "site").glob("*.html")} == before
+    realbench(place, *options, "--site", "new", code=1)
+    facts.write_text(json.dumps(changed | {"scene": "builtin"}))
+    realbench(place, *options, "--site", "new", "--overwrite")
+    assert (place / "new" / "index.html").exists()
+
+
+@given(names=st.lists(st.tuples(NAMES, NAMES), min_size=2, max_size=2, unique=True))
+def test_no_two_submissions_have_the_same_page(names: list[tuple[str, str]]) -> None:
+    prefixes = {page_prefix(round_name, key) for round_name, key in names}
+    assert len(prefixes) == len(names)
+
+
 @pytest.mark.parametrize("width", [1200, 390])
 def test_browser_shows_the_site(browser: Any, site: Path, width: int) -> None:
     told: list[str] = []
-    for name in ("index", "first-good", "first-bad"):
+    for name in ("index", "first~good", "first~bad"):
         tab = browser.new_page(viewport={"width": width, "height": 900})
         tab.on("console", lambda message: told.append(message.text))
         tab.on("pageerror", lambda error: told.append(str(error)))
@@ -57,8 +87,8 @@ def test_browser_shows_the_site(browser: Any, site: Path, width: int) -> None:
             statuses = tab.locator('td[data-name="status"]').all_text_contents()
             assert statuses == sorted(statuses)
             tab.locator("td a").first.click()
-            assert "first-" in tab.url
-        if name == "first-good":
+            assert "first~" in tab.url
+        if name == "first~good":
             assert tab.locator("video").count() == 3
             ready = "document.querySelector('video').readyState >= 1"
             tab.evaluate("document.querySelector('video').preload = 'metadata'")
