@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 import logging
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -111,6 +111,44 @@ def positions(run: Path) -> Array:
         return np.asarray(recording.object_poses[:, :, :3], np.float64)
 
 
+@dataclass(frozen=True)
+class Followed:
+    """Plans, followed by the true ways of the objects in the triplets that they chose.
+
+    Attributes:
+        left: what is left to each object's goal, (n, n_objects) metres.
+        begin, end: for each plan with actions the largest true distance from the start to the first
+            triplet's precondition, and from the last one's outcome to the goal, metres.
+    """
+
+    left: Array
+    begin: tuple[float, ...]
+    end: tuple[float, ...]
+
+
+def follow(
+    plans: Sequence[Sequence[int]], starts: Array, goals: Array, before: Array, after: Array
+) -> Followed:
+    """Follow plans between true positions, (n, n_objects, 3) metres each.
+
+    Args:
+        plans: the triplets' numbers of each.
+        starts: where the objects are at first.
+        goals: where they should be.
+        before: where they were before each triplet's action.
+        after: where they were after it.
+    """
+    left, begin, end = [], [], []
+    for plan, start, goal in zip(plans, starts, goals, strict=True):
+        chosen = list(plan)
+        ends_at = start + (after[chosen] - before[chosen]).sum(axis=0)
+        left.append(np.linalg.norm(ends_at - goal, axis=-1))
+        if chosen:
+            begin.append(float(np.linalg.norm(before[chosen[0]] - start, axis=-1).max()))
+            end.append(float(np.linalg.norm(after[chosen[-1]] - goal, axis=-1).max()))
+    return Followed(np.array(left), tuple(begin), tuple(end))
+
+
 def judge(run: Path, tasks: Tasks, candidate: Mapping[str, Any]) -> Quality:
     """Learn from the past with one candidate, and plan between held-out states."""
     sees = "OM" if not candidate else "IM"
@@ -122,30 +160,21 @@ def judge(run: Path, tasks: Tasks, candidate: Mapping[str, Any]) -> Quality:
     triplets = Triplets(triplets.states[usable], triplets.outcomes[usable])
     planner = Planner(triplets, DynamicAbstraction.learn(triplets))
     seconds = time.monotonic() - began
-    where = positions(run)
+    where, n = positions(run), len(tasks.starts)
     rows = np.concatenate([tasks.starts, tasks.goals])
     states = states_at(perception, whole, where, rows)
-    n = len(tasks.starts)
+    plans = [planner.plan(*pair).triplets for pair in zip(states[:n], states[n:], strict=True)]
     before, after = where[past.preconditions[usable]], where[past.outcomes[usable]]
-    plans = [planner.plan(states[i], states[n + i]) for i in range(n)]
-    left, begin, end = [], [], []
-    for i, plan in enumerate(plans):
-        chosen = list(plan.triplets)
-        start, goal = where[tasks.starts[i]], where[tasks.goals[i]]
-        ends_at = start + (after[chosen] - before[chosen]).sum(axis=0)
-        left.append(np.linalg.norm(ends_at - goal, axis=-1))
-        if chosen:
-            begin.append(np.linalg.norm(before[chosen[0]] - start, axis=-1).max())
-            end.append(np.linalg.norm(after[chosen[-1]] - goal, axis=-1).max())
+    followed = follow(plans, where[tasks.starts], where[tasks.goals], before, after)
     pairs = pair_distances(triplets.states, before, N_CODE_PAIRS, np.random.default_rng(0))
     divergences = getattr(perception, "divergences", np.empty(0))
     return Quality(
-        score=float(np.mean([object_scores(each).sum() for each in left])),
-        left=float(np.median(left)),
-        planned=len(begin) / n,
-        actions=float(np.mean([len(plan.triplets) for plan in plans if plan.triplets] or [0])),
-        begin=float(np.median(begin or [np.nan])),
-        end=float(np.median(end or [np.nan])),
+        score=float(np.mean([object_scores(each).sum() for each in followed.left])),
+        left=float(np.median(followed.left)),
+        planned=len(followed.begin) / n,
+        actions=float(np.mean([len(plan) for plan in plans if plan] or [0])),
+        begin=float(np.median(followed.begin or [np.nan])),
+        end=float(np.median(followed.end or [np.nan])),
         spearman=pairs.spearman,
         spearman_near=pairs.within(*NEAR_M).spearman,
         divergences=tuple(np.sort(divergences)[::-1].tolist()),
