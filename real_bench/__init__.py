@@ -77,7 +77,7 @@ _FUNCTIONS = (
     *("run_experiment", "run_extrinsic", "run_intrinsic", "score"),
 )
 
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
     __name__,
     {
         **dict.fromkeys(_FUNCTIONS, "real_bench.api"),

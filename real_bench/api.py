@@ -16,10 +16,13 @@ if TYPE_CHECKING:
     from real_bench.environment import RealEnv
     from real_bench.experiments.scores import Row
     from real_bench.goal_sets import GoalSet
+    from real_bench.phases.handover import Wanted
     from real_bench.recording import Recording
     from real_bench.scoring.comparison import Comparison
     from real_bench.scoring.result import Result
     from real_bench.scoring.verdict import Verdict
+
+    Results = Result | str | Path | Sequence[Result | str | Path]
 
 PathLike = str | Path
 
@@ -120,6 +123,7 @@ def run_extrinsic(
     jobs: int = 1,
     out: PathLike = "score.json",
     isolate: bool = False,
+    learned: Wanted | None = None,
     resume: bool = False,
     overwrite: bool = False,
 ) -> Result:
@@ -140,6 +144,8 @@ def run_extrinsic(
         jobs: number of processes; the scores do not depend on it.
         out: the result file, JSON.
         isolate: run the controller in a process of its own that cannot reach anything else.
+        learned: if code or settings have changed since the play: ``keep`` what it learned, learn
+            ``again``, or test it as made, with ``nothing``.
         resume: continue the result file if it exists.
         overwrite: replace the result file if it exists.
 
@@ -164,6 +170,7 @@ def run_extrinsic(
         settings=settings,
         backend=_backend(isolate, [Path(out), path, named]),
         trial_steps=TRIAL_STEPS if trial_steps is None else trial_steps,
+        wanted=learned,
     )
     n_trials = len(plan.goal_set) if trials is None else trials
     phase = ExtrinsicPhase(plan, n_trials, Path(out), jobs)
@@ -213,16 +220,16 @@ def load_result(path: PathLike) -> Result:
 
 
 def score(
-    results: Result | Sequence[Result],
+    results: Results,
     *,
     minimum: float | None = None,
-    baseline: Result | Sequence[Result] | None = None,
+    baseline: Results | None = None,
     allow_part: bool = False,
 ) -> Verdict:
     """Judge results as ``realbench score`` does: complete, of full length, good enough?
 
     Args:
-        results: of one controller; results on the same goal set are repeats.
+        results: of one controller, or their files; results on the same goal set are repeats.
         minimum: the lowest mean score that passes.
         baseline: results on the same goals; the others must not be worse beyond chance.
         allow_part: also pass a finished test of only a part of the goals.
@@ -242,11 +249,11 @@ def score(
     )
 
 
-def compare(a: Result | Sequence[Result], b: Result | Sequence[Result]) -> Comparison:
+def compare(a: Results, b: Results) -> Comparison:
     """Compare two sets of results goal by goal, as ``realbench compare`` does.
 
     Raises:
-        ResultError: scene, number of objects, length or goals differ.
+        ResultError: scene, number of objects, length or goals differ, or a file is no result.
     """
     from real_bench.scoring.comparison import compare
 
@@ -278,8 +285,11 @@ def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
     return SandboxBackend(tuple(path for path in secrets if path is not None))
 
 
-def _as_list(results: Result | Sequence[Result]) -> list[Result]:
-    return list(results) if isinstance(results, Sequence) else [results]
+def _as_list(results: Results) -> list[Result]:
+    several = (
+        results if isinstance(results, Sequence) and not isinstance(results, str) else [results]
+    )
+    return [load_result(each) if isinstance(each, str | Path) else each for each in several]
 
 
 def _ignore(progress: object) -> None:

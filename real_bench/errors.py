@@ -110,6 +110,8 @@ def faults(
         ):
             continue  # only because its content is wrong
         what = quoted(fault["msg"], 200)
+        if fault["type"] in ("list_type", "tuple_type"):
+            what = "a list is expected, as in [0, 0.5]"
         if unknown is not None and fault["type"] == "extra_forbidden":
             what = f"unknown name{unknown(fault['loc'])}"
         lines.append(f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {what}")

@@ -7,8 +7,10 @@ from importlib import import_module
 from typing import Any
 
 
-def lazy_names(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """A ``__getattr__`` for a package.
+def lazy_names(
+    package: str, modules: Mapping[str, str]
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """A ``__getattr__`` and a ``__dir__`` for a package.
 
     Args:
         package: its name.
@@ -21,4 +23,7 @@ def lazy_names(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]
         module = import_module(modules[name])
         return module if module.__name__ == f"{package}.{name}" else getattr(module, name)
 
-    return find
+    def names() -> list[str]:
+        return sorted({*vars(import_module(package)), *modules})
+
+    return find, names

@@ -35,6 +35,7 @@ def test_importing_it_loads_nothing_heavy() -> None:
 def test_every_public_name_exists() -> None:
     for name in real_bench.__all__:
         assert getattr(real_bench, name) is not None
+        assert name in dir(real_bench)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         real_bench.nothing  # noqa: B018
 
@@ -46,6 +47,14 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     play = {"condition": "OM", "scene": "builtin", "steps": 3000, "out": run}
     with real_bench.run_intrinsic("real_r", **play) as recording:
         assert len(recording.transitions) == 3
+        whole, *rest = recording[1], *recording[1:]
+        assert [each.action.duration for each in rest] == [1000, 1000]
+        assert whole.action.duration == rest[0].action.duration
+        assert recording[-1].before.joint_positions.tolist() == (
+            rest[-1].before.joint_positions.tolist()
+        )
+        with pytest.raises(IndexError, match="triplet 3 of 3"):
+            recording[3]
     experience = real_bench.Experience(run, "OM")
     assert len(experience) == 3
     test = {"run": run, "goals": goals, "trial_steps": 1000, "out": out}
@@ -58,6 +67,7 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     assert real_bench.compare(result, other).metrics["score"].difference == pytest.approx(
         result.score - other.score
     )
+    assert real_bench.compare(out, [tmp_path / "other.json"]) == real_bench.compare(result, other)
     drawn = real_bench.draw_figures([run], [out])
     assert {"effective-actions", "score-by-goal"} <= drawn.keys()
     again = real_bench.draw_figures(results=[out])

@@ -70,6 +70,8 @@ def film(
     if gui and out is not None:
         raise click.UsageError("--gui shows a window and writes no film: leave out --out")
     out = out or DEFAULT_FILM
+    if out.suffix.lower() != DEFAULT_FILM.suffix:
+        raise click.UsageError(f"{out} must end in {DEFAULT_FILM.suffix}: a film is MP4")
     with Recording(file) as recording:
         n_actions = len(recording)
     first, last, _ = actions.indices(n_actions)

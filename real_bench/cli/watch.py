@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -23,6 +24,9 @@ Example:
   realbench watch run.h5
   realbench watch run.h5 --tensorboard events    then: tensorboard --logdir events
 """
+
+WAIT_S = 10
+"""A play writes its recording a few seconds after its start."""
 
 
 @click.command(epilog=EPILOG)
@@ -58,6 +62,8 @@ def watch(
 
     if overwrite and events is None:
         raise click.UsageError("--overwrite needs --tensorboard")
+    if not once:
+        _wait_for(file)
     with ExitStack() as stack, suppress(KeyboardInterrupt):
         outputs: list[Callable[[Moment], None]] = [_json if as_json else _open_display(stack)]
         if events is not None:
@@ -65,6 +71,15 @@ def watch(
 
             outputs.append(stack.enter_context(EventFiles(events, overwrite=overwrite)).add)
         _show_all(follow(file, every), outputs, once=once)
+
+
+def _wait_for(file: Path) -> None:
+    """Wait for a play that has only just been started; return in any case."""
+    until = time.monotonic() + WAIT_S
+    if not file.exists():
+        say(f"waiting for {file}", err=True)
+    while not file.exists() and time.monotonic() < until:
+        time.sleep(0.2)
 
 
 def _show_all(

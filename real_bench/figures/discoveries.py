@@ -47,8 +47,7 @@ def draw(data: FigureData) -> Drawing | None:
             lines += drawn
         for title, panel in zip(PANELS.values(), panels, strict=True):
             panel.set_title(title)
-            panel.set_xlabel("step of the intrinsic phase (millions)")
-            panel.set_xlim(left=0)
+            style.show_steps_on_x(panel)
             panel.set_ylim(bottom=0)
         panels[0].set_ylabel(f"share of {ACTIONS_PER_PERIOD} actions")
         style.add_legend_below(figure, lines)

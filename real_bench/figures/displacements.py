@@ -40,9 +40,8 @@ def draw(data: FigureData) -> Drawing | None:
                 color=line_style.colour,
                 markerfacecolor="w",
             )
-        panel.set_xlabel("step of the intrinsic phase (millions)")
+        style.show_steps_on_x(panel)
         panel.set_ylabel(f"displacements per {ACTIONS_PER_PERIOD} actions")
-        panel.set_xlim(left=0)
         style.show_counts_on_y(panel)
         style.add_legend_below(figure, lines)
     return Drawing(figure, Numbers.stacked(tables))

@@ -44,8 +44,7 @@ def draw(data: FigureData) -> Drawing | None:
             lines += [handle] if handle else []
         for name, panel in zip(names, panels, strict=False):
             panel.set_title(_name(name))
-            panel.set_xlabel("step of the intrinsic phase (millions)")
-            panel.set_xlim(left=0)
+            style.show_steps_on_x(panel)
         style.add_legend_below(figure, lines)
     tables = [({"recording": play.label}, _rows(play)) for play in plays]
     return Drawing(figure, Numbers.stacked(tables))

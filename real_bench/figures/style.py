@@ -110,6 +110,14 @@ def panels(count: int, height_cm: float, **options: Any) -> tuple[Figure, list[A
     return figure, axes[:count]
 
 
+def show_steps_on_x(panel: Axes) -> None:
+    """Let the x axis show steps of play in millions, from 0, few enough to be read."""
+    panel.set_xlabel("step of the intrinsic phase (millions)")
+    panel.set_xlim(left=0)
+    panel.locator_params(axis="x", nbins=5)
+    panel.xaxis.set_major_formatter("{x:g}")
+
+
 def show_counts_on_y(panel: Axes) -> None:
     """Let the y axis show whole numbers, from 0."""
     panel.set_ylim(bottom=0)

@@ -30,7 +30,7 @@ __all__ = [
     "trial_strip",
 ]
 
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
     __name__,
     {
         "CHALLENGES": "real_bench.goal_sets.goal",

@@ -126,6 +126,8 @@ def plan_test(
             raise RecordingError(f"{run} does not fit this test: {'; '.join(mismatches)}")
         log.info("%s is not used: %s", path, "; ".join(mismatches))
         path = header = None
+    if header and run is None:
+        log.info("recording: %s, played by %s", path, header.controller_source)
     if controller is None and header is None:
         raise RealBenchError(
             "no controller given, and no recording to take it from (try --controller real_r)"
@@ -212,9 +214,10 @@ def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header 
         return None, None
     try:
         with Recording(path) as recording:
-            return path, recording.header
+            header = recording.header
     except RecordingError as error:
         if run is not None or not optional:
             raise
         log.info("%s is not used: %s", path, error)
         return None, None
+    return path, header

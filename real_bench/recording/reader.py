@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import h5py
 import numpy as np
@@ -117,9 +117,19 @@ class Recording:
     def __bool__(self) -> bool:
         return True
 
-    def __getitem__(self, index: int) -> Triplet:
-        """A triplet, with images if there are any; raises IndexError beyond the last."""
-        row = self.transitions[range(len(self))[index]]
+    @overload
+    def __getitem__(self, index: int) -> Triplet: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Triplet]: ...
+
+    def __getitem__(self, index: int | slice) -> Triplet | list[Triplet]:
+        """A triplet, or several, with images if there are any; raises IndexError."""
+        if isinstance(index, slice):
+            return [self[number] for number in range(len(self))[index]]
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"triplet {index} of {len(self)}")
+        row = self.transitions[index % len(self)]
         before, after = int(row["precondition"]), int(row["outcome"])
         rows = self._commands_of(int(row["first_command"]), int(row["n_commands"]))
         pair = (None, None) if self.n_images is None else self.image_pair(before, after)

@@ -21,7 +21,7 @@ __all__ = [
     "load_scene",
 ]
 
-__getattr__ = lazy_names(
+__getattr__, __dir__ = lazy_names(
     __name__,
     {
         "DEFAULT_SCENE": "real_bench.simulation.scene",

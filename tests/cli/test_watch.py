@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -52,6 +53,17 @@ def test_a_growing_recording_is_followed_to_its_end(tmp_path: Path) -> None:
     assert any(one["seconds_left"] for one in told)
     with Recording(tmp_path / "run.h5") as recording:
         assert told[-1]["share_of_actions_that_moved_an_object"] == recording.share_moved()
+
+
+def test_play_that_has_just_been_started_is_waited_for(played: Path, tmp_path: Path) -> None:
+    watch = start(command("watch", "--json"), tmp_path)
+    assert watch.stderr is not None
+    assert watch.stderr.readline().strip() == "waiting for run.h5"
+    shutil.copy(played / "run.h5", tmp_path / "coming.h5")
+    (tmp_path / "coming.h5").rename(tmp_path / "run.h5")
+    output, faults = watch.communicate(timeout=200)
+    assert watch.returncode == 0, faults
+    assert json.loads(output.splitlines()[-1])["state"] == "ended"
 
 
 def test_killed_play_is_reported_as_stopped(tmp_path: Path) -> None:
@@ -127,7 +139,7 @@ def test_tensorboard_reads_the_event_files(played: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "complaint"),
     [
-        (("none.h5",), 1, "recording not found: none.h5"),
+        (("none.h5", "--once"), 1, "recording not found: none.h5"),
         (("run.h5", "--every", "0"), 2, "'--every'"),
         (("run.h5", "--overwrite"), 2, "--overwrite needs --tensorboard"),
         (("run.h5", "--tensorboard", "run.h5"), 1, "run.h5"),
