@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,10 @@ from real_bench.real_g.replay import ReplayPlanner
 from real_bench.recording import Experience
 
 Array = NDArray[np.float64]
+Wander = Callable[[np.random.Generator], Action]
+
+MAX_IDLE = 20
+"""After so many actions that changed nothing, one by one, it does something else."""
 
 
 class RealG(Controller):
@@ -34,6 +38,8 @@ class RealG(Controller):
         perception: where objects are.
         play: how it plays.
         planner: how it plans with a model.
+        wander: an action that may move an object wherever it is, for when its own do not; None: it
+            has no such action.
     """
 
     def __init__(
@@ -44,9 +50,10 @@ class RealG(Controller):
         perception: Perception,
         play: PlaySettings,
         planner: PlannerSettings,
+        wander: Wander | None = None,
     ) -> None:
         super().__init__(action_space, observation_space)
-        self._primitive = primitive
+        self._primitive, self._wander = primitive, wander
         self._perception, self._play_settings, self._planner_settings = perception, play, planner
         self._planners: list[Planner] = []  # one per object, once play is over
         self._n_left: int | None = None  # actions that a trial has left; None: at play
@@ -167,6 +174,10 @@ class RealG(Controller):
         n = len(self._outcomes)
         if self._play.lesson_due(n) > self._play.n_learned:
             self._learn(self._play.lesson_due(n))
+        if self._wander is not None and self._n_idle >= MAX_IDLE:
+            self._parameters.append(np.full(len(self._primitive.low), np.nan))
+            self._preconditions.append(self._n_seen - 1)
+            return self._wander(self._random)
         rows = self._perception.rows(self._n_seen - 1)
         if np.isnan(rows[0]).all():  # nothing is seen, or nothing known to look for
             parameters = self._babbling.next_parameters(self._random)
@@ -187,6 +198,7 @@ class RealG(Controller):
         self._preconditions: list[int] = []
         self._outcomes: list[int] = []
         self._n_seen = 0  # moments of the play
+        self._n_idle = 0  # latest actions that changed nothing
         self._has_learned = False
 
     def _see(self, observation: Mapping[str, Any]) -> None:
@@ -194,7 +206,9 @@ class RealG(Controller):
         self._n_seen += 1
         if len(self._preconditions) > len(self._outcomes):  # it acted: this is the outcome
             self._outcomes.append(self._n_seen - 1)
+            self._n_idle += 1
             if self._perception.changed():
+                self._n_idle = 0
                 self._babbling.record_effective(self._parameters[-1])
             self._observe_outcome(self._perception.rows(self._n_seen - 2), -1)
 

@@ -123,5 +123,10 @@ class RealGInJoints(Controller):
             primitive.low[ends], primitive.high[ends], self._watching.image_map
         )
         return RealG(
-            *self._spaces, primitive, perception, self._play_settings, self._planner_settings
+            *self._spaces,
+            primitive,
+            perception,
+            self._play_settings,
+            self._planner_settings,
+            self._watching.sweep,
         )

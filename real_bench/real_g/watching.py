@@ -27,6 +27,9 @@ N_ARM = 7
 SETTLE, GRIP, RETURN = 100, 70, 320
 """Steps that a posture, the gripper, and the way home take."""
 
+N_SWEEP = 6
+"""Random postures in a sweep."""
+
 BENT_SHARE = 0.5
 """Of the joints in a random posture; the others are straight."""
 
@@ -89,6 +92,18 @@ class Watching:
         action = self._act()
         self.n_actions += action is not None
         return action
+
+    def sweep(self, random: np.random.Generator) -> Action:
+        """Through random postures, and home: it may meet an object that no push reaches."""
+        arm = np.array([self._random_posture(random) for _ in range(N_SWEEP)])
+        commands = np.zeros((N_SWEEP + 1, N_ARM + 2))
+        commands[:-1, :N_ARM], commands[:-1, N_ARM:] = arm, self._closed
+        n_steps = np.array([SETTLE] * N_SWEEP + [RETURN])
+        return Action(commands, n_steps, np.zeros(len(commands), bool))
+
+    def _random_posture(self, random: np.random.Generator) -> Array:
+        bent = random.random(N_ARM) < BENT_SHARE
+        return np.asarray(random.uniform(self._low, self._high) * bent)
 
     def planes(self) -> Planes:
         """Where postures put the hand."""
@@ -162,8 +177,7 @@ class Watching:
         if self._stage == "open":
             return self._hold(self._open, GRIP)
         if self._stage in ("closed", "random"):
-            bent = self._random.random(N_ARM) < BENT_SHARE
-            self._posture = self._random.uniform(self._low, self._high) * bent
+            self._posture = self._random_posture(self._random)
             return self._hold(self._closed, SETTLE)
         if self._stage == "reach":
             reach = self._reaches[self._current]

@@ -11,12 +11,21 @@ import pytest
 from numpy.typing import NDArray
 from real_bench.controllers.real_g import RealGSeen, RealGSettings
 
+from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerError
 from real_bench.goal_sets import generate_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialPlan
+from real_bench.real_g import (
+    PlannerSettings,
+    PlaySettings,
+    PosePerception,
+    RealG,
+    primitive_of,
+)
+from real_bench.real_g.architecture import MAX_IDLE
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
@@ -103,6 +112,27 @@ def test_recalled_play_gives_the_same_memory_as_a_lived_one(
             n = len(again.members)
             np.testing.assert_allclose(family.members[:n], again.members, atol=1e-7)
             np.testing.assert_allclose(family.successes[:n], again.successes, atol=1e-7)
+
+
+def test_it_does_something_else_as_long_as_nothing_moves(builtin_scene: Scene) -> None:
+    task = Task(builtin_scene, CONDITIONS[0], 1)
+    task.close()
+    spaces = task.action_space, task.observation_space
+    settings = PlaySettings.model_validate(PLAY), PlannerSettings()
+    otherwise = Action.rest(4, 700)
+    controller = RealG(
+        *spaces, primitive_of(spaces[0]), PosePerception(), *settings, lambda random: otherwise
+    )
+
+    def chosen(x: float) -> bool:
+        seen = {
+            "object_positions": {"cube": [x, 0.0, 0.3]},
+            "object_orientations": {"cube": [0.0, 0.0, 0.0, 1.0]},
+        }
+        return controller.next_action(seen) is otherwise
+
+    assert [chosen(0.0) for _ in range(MAX_IDLE + 3)] == [False] * MAX_IDLE + [True] * 3
+    assert not chosen(0.1)
 
 
 def test_killed_play_is_resumed(tmp_path: Path) -> None:
