@@ -25,7 +25,13 @@ Example:
     "--trials", type=int, help="Test only N goals, each class in proportion. [default: all]"
 )
 @options.trial_steps_option
-@click.option("--run", type=options.FILE, default=defaults.RUN, show_default=True)
+@click.option(
+    "--run",
+    type=options.FILE,
+    default=defaults.RUN,
+    show_default=True,
+    help="The recording of the play, to be written.",
+)
 @click.option("--out", type=options.FILE, default=defaults.RESULT, show_default=True)
 @options.overwrite_option
 @options.json_option
@@ -53,6 +59,7 @@ def evaluate(
     phase = running.plan_from_options(run, secrets=[out, goals], **given)
     plan = plan_test_after(phase, goals, trial_steps)
     test = ExtrinsicPhase(plan, running.n_trials_requested(trials, plan, allow_part=True), out)
+    check_output(run, overwrite=overwrite, option="--run")
     check_output(out, overwrite=overwrite)
     proxy = running.play(phase, resume=False, overwrite=overwrite)
     result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -99,7 +100,12 @@ def _write_template(spec: Path, *, overwrite: bool) -> None:
     from real_bench.experiments.spec import write_template
 
     write_template(spec, overwrite=overwrite)
-    say(f"{spec}: an experiment to start from; run it with `realbench table {spec}`")
+    say(f"{spec}: an experiment to start from; run it with `{_command(spec)}`")
+
+
+def _command(spec: Path) -> str:
+    """What makes the table, for a shell."""
+    return shlex.join(["realbench", "table", str(spec)])
 
 
 def _show(spec: Spec, rows: list[Row], form: str) -> None:
@@ -118,6 +124,6 @@ def _show(spec: Spec, rows: list[Row], form: str) -> None:
 def _print_missing(work: PendingJobs, spec: Path) -> None:
     if len(work):
         say(
-            f"missing: {work}; run them with `realbench table {spec} --run`",
+            f"missing: {work}; run them with `{_command(spec)} --run`",
             err=True,
         )

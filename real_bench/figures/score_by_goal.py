@@ -76,7 +76,8 @@ def _after_longest_play(series: Sequence[Series]) -> list[Series]:
 def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, line_style: style.LineStyle) -> None:
     runs = len(one.results)
     share = "" if one.results[0].is_complete else f" ({one.results[0].share})"
-    caption = f"{one.condition}: mean {scores.mean():.3f}{share}, {counted(runs, 'run')}"
+    length = f"after {one.run_steps / style.MILLION:g}M steps" if one.run_steps else "without play"
+    caption = f"{one.condition} {length}: mean {scores.mean():.3f}{share}, {counted(runs, 'run')}"
     panel.vlines(x, 0, scores, color=line_style.colour, linewidth=0.8)
     panel.plot(
         x,
