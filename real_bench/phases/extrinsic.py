@@ -110,7 +110,8 @@ class ExtrinsicPhase:
 
     def _identity(self) -> Identity:
         identity = self.plan.backend.identity(self.plan.controller, self.plan.settings)
-        log.info("controller: %s", identity)
+        recording = f"; recording: {self.plan.run}" if self.plan.run else ""
+        log.info("controller: %s%s", identity, recording)
         return identity
 
     def _initial_result(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:

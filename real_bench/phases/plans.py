@@ -126,8 +126,6 @@ def plan_test(
             raise RecordingError(f"{run} does not fit this test: {'; '.join(mismatches)}")
         log.info("%s is not used: %s", path, "; ".join(mismatches))
         path = header = None
-    if header and run is None:
-        log.info("recording: %s, played by %s", path, header.controller_source)
     if controller is None and header is None:
         raise RealBenchError(
             "no controller given, and no recording to take it from (try --controller real_r)"
