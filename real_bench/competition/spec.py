@@ -22,6 +22,8 @@ from real_bench.yaml_files import read_mapping
 
 MOMENT = "%Y-%m-%d %H:%M:%S"
 
+Play = Literal["own", "given", "none"]
+
 
 class Round(Record):
     """A round: what every submission goes through.
@@ -50,7 +52,7 @@ class Round(Record):
     goals: str
     released: bool = False
     commitment: str = ""
-    play: Literal["own", "given", "none"] = "own"
+    play: Play = "own"
     recordings: tuple[str, ...] = ()
     steps: Steps = INTRINSIC_STEPS
     trial_steps: Steps = TRIAL_STEPS
