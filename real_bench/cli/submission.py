@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say
 from real_bench.counting import counted
 
@@ -38,7 +39,7 @@ Exit code: 0 it passes; 3 it does not; 1, 2 it could not be checked.
 """
 
 
-@click.group(epilog=EPILOG)
+@click.group(cls=HelpfulGroup, epilog=EPILOG)
 def submission() -> None:
     """Create, check and pack a submission: a folder with submission.yaml and a controller."""
 
@@ -133,11 +134,12 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
     from real_bench.source import ControllerSource
     from real_bench.submissions.packing import pack as pack_submission
 
-    archive = out or folder.resolve().with_suffix(".zip")
+    place = folder.resolve()
+    archive = out or place.with_name(f"{place.name}.zip")
     check_output(archive, overwrite=overwrite)
     files = pack_submission(folder, archive)
     for file in files:
-        say(f"  {file.relative_to(folder.resolve())}")
+        say(f"  {file.relative_to(place)}")
     sha256 = ControllerSource.of(str(folder)).code_sha256
     say(f"{archive}: {counted(len(files), 'file')}, hash {sha256}")
 
