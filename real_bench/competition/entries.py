@@ -16,7 +16,7 @@ from pathlib import Path
 from real_bench.competition.standing import REFUSED, WAITING, Standing
 from real_bench.errors import ControllerError, ExperimentError, SubmissionError
 from real_bench.files import check_folder, file_sha256
-from real_bench.locks import temporary_folder
+from real_bench.locks import temporary_folder, write_lock
 from real_bench.source import ControllerSource, is_ignored
 from real_bench.submissions import FROZEN, MANIFEST, read_submission
 from real_bench.submissions.blame import as_submission_error
@@ -62,6 +62,10 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
     if not found:
         raise ExperimentError(f"no submission found in {submissions}")
     check_folder(results / FROZEN, make=True)
+    if submissions.samefile(results / FROZEN):
+        raise ExperimentError(
+            f"{submissions} is where results keep their copies of submissions: name other `results`"
+        )
     return [_entry(path, results / FROZEN, condition) for path in found]
 
 
@@ -120,8 +124,7 @@ def _frozen(place: Path, unpacked: Path, frozen: Path) -> Entry:
         date=_date(place),
     )
     copy = frozen / f"{key}-{sha256[:12]}"
-    if not copy.exists():
-        _freeze(folder, copy)
+    _freeze(folder, copy)
     return Entry(standing, copy)
 
 
@@ -142,11 +145,16 @@ def _refused(place: Path, detail: str) -> Entry:
 
 
 def _freeze(folder: Path, to: Path) -> None:
-    """Copy a submission; it appears whole."""
-    partial_copy = to.with_name(f".{to.name}")
-    shutil.rmtree(partial_copy, ignore_errors=True)
-    copy_submission(folder, partial_copy)
-    partial_copy.replace(to)
+    """Copy a submission; it appears whole. Rounds held at the same time share the copy."""
+    if to.exists():
+        return
+    with write_lock(to, wait_while=f"copies {to.name}"):
+        if to.exists():
+            return
+        partial_copy = to.with_name(f".{to.name}")
+        shutil.rmtree(partial_copy, ignore_errors=True)  # of a process that was killed
+        copy_submission(folder, partial_copy)
+        partial_copy.replace(to)
 
 
 def _with_packages(entry: Entry, condition: str) -> Entry:
