@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mmap
 import zipfile
-import zlib
+from contextlib import suppress
 from pathlib import Path
 
 from real_bench.goal_sets.official import PICKLED_FROM
@@ -35,16 +35,10 @@ def is_benchmark_file(path: Path) -> bool:
 
 
 def _first_of_archive(path: Path) -> bytes:
-    """How the first member of a zip file begins."""
-    try:
-        with zipfile.ZipFile(path) as archive, archive.open(archive.infolist()[0]) as member:
-            return member.read(FIRST_BYTES)
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        IndexError,
-        NotImplementedError,
-        RuntimeError,
-        EOFError,
-    ):
-        return b""
+    """How the first member of a zip file begins; empty where it cannot be read within bounds."""
+    with suppress(Exception), zipfile.ZipFile(path) as archive:  # damage can raise any error
+        first = archive.infolist()[0]
+        if first.compress_type in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            with archive.open(first) as member:
+                return member.read(FIRST_BYTES)
+    return b""

@@ -24,16 +24,23 @@ HELD = (errno.EWOULDBLOCK, errno.EACCES)
 
 
 @contextmanager
-def write_lock(path: Path) -> Iterator[None]:
-    """Be the only process that writes a file; raises OutputError if another one does.
+def write_lock(path: Path, *, wait_while: str = "") -> Iterator[None]:
+    """Be the only process that writes a file.
 
     The lock dies with the process that holds it. If the file system has no locks, a warning is
     logged and the file is written without one.
+
+    Args:
+        path: of the file.
+        wait_while: what another process may be doing, for the message: then wait until it has.
+
+    Raises:
+        OutputError: another process writes it (and we do not wait), or nobody can.
     """
     real = real_path(path)
     lock = real.with_name(f".{real.name}.lock")
     try:
-        handle = _acquire(lock)
+        handle = _acquire(lock, wait_while)
     except BlockingIOError as error:
         raise OutputError(f"{path} is being written by another process") from error
     except OSError as error:
@@ -69,20 +76,27 @@ def is_being_written(path: Path) -> bool:
     return False
 
 
-def _acquire(lock: Path) -> int:
+def _acquire(lock: Path, wait_while: str) -> int:
     """A handle that holds the lock; raises BlockingIOError if another one does."""
+    how = fcntl.LOCK_EX | fcntl.LOCK_NB
     while True:
         handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, how)
             with suppress(FileNotFoundError):
                 if os.path.samestat(os.fstat(handle), lock.stat()):
                     return handle
             os.close(handle)  # whoever held it removed it after it was opened here
         except OSError as error:
             os.close(handle)
-            if error.errno in HELD:
+            if error.errno not in HELD:
+                raise
+            if not wait_while:
                 raise BlockingIOError from error
+            _logger.info("waiting while another process %s", wait_while)
+            how = fcntl.LOCK_EX
+        except BaseException:  # a wish to stop, while waiting
+            os.close(handle)
             raise
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -133,7 +134,7 @@ def is_ignored(path: Path) -> bool:
         path.is_symlink()
         or path.name.startswith(".")
         or path.name in ("__pycache__", "node_modules")
-        or (path / "pyvenv.cfg").exists()
+        or os.path.lexists(path / "pyvenv.cfg")  # no error where nobody may look
     )
 
 

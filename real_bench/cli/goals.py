@@ -216,7 +216,7 @@ def _generate_secret(
     from real_bench.goal_sets import save_goal_set
     from real_bench.goal_sets.secret import draw_secret_goals
 
-    kept = out.with_suffix(".opening.json")
+    kept = out.with_name(f"{out.name.removesuffix('.npy')}.opening.json")
     check_output(kept, overwrite=overwrite)
     with ProgressDisplay("drawing goals", "goals", sum(counts.values())) as display:
         goal_set, opening = draw_secret_goals(

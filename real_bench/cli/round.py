@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import print_tables, say
 from real_bench.cli.working import with_progress
 
@@ -44,7 +45,7 @@ Example:
 """
 
 
-@click.group(epilog=EPILOG)
+@click.group(cls=HelpfulGroup, epilog=EPILOG)
 def round() -> None:
     """Hold the rounds of a competition, described in one YAML file (docs/competition.md)."""
 
@@ -88,6 +89,9 @@ def run(
     if name is not None and name not in competition.rounds:
         known = ", ".join(competition.rounds)
         raise click.UsageError(f"{spec} has no round {name}: use {known}")
+    for each in competition.rounds:
+        if (competition.results_folder / each).resolve() == submissions.resolve():
+            raise click.UsageError(f"{submissions} is the folder of round {each}: rename one")
     options.print_isolation()
     standings_by_round: dict[str, list[Standing]] = {}
     broken: dict[str, Failure] = {}

@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say
 from real_bench.counting import counted
 
 if TYPE_CHECKING:
+    from real_bench.competition.spec import Play
     from real_bench.phases.checking import Finding
 
 BAD = 3
@@ -30,13 +32,14 @@ Example:
 CHECK_EPILOG = """\b
 Example:
   realbench submission check mine.zip --junit junit.xml
+  realbench submission check mine --play none
 
 \b
 Exit code: 0 it passes; 3 it does not; 1, 2 it could not be checked.
 """
 
 
-@click.group(epilog=EPILOG)
+@click.group(cls=HelpfulGroup, epilog=EPILOG)
 def submission() -> None:
     """Create, check and pack a submission: a folder with submission.yaml and a controller."""
 
@@ -57,6 +60,13 @@ def init(folder: Path, name: str | None, author: str, condition: str) -> None:
 @submission.command(epilog=CHECK_EPILOG)
 @click.argument("place", type=options.FILE)
 @click.option("--objects", type=click.IntRange(min=1), default=1, show_default=True)
+@click.option(
+    "--play",
+    type=click.Choice(["own", "given", "none"]),
+    default="own",
+    show_default=True,
+    help="Of the round that it is made for: after its own play it must hand over what it learned.",
+)
 @options.limit_options
 @click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
 @options.overwrite_option
@@ -66,6 +76,7 @@ def check(
     context: click.Context,
     place: Path,
     objects: int,
+    play: Play,
     limits: dict[str, float],
     junit: Path | None,
     overwrite: bool,
@@ -98,7 +109,7 @@ def check(
             findings = [Finding("fails", False, str(error))]
         else:
             with contextlib.redirect_stdout(sys.stderr):
-                made = SubmissionCheck(found, objects, Limits(**limits))
+                made = SubmissionCheck(found, objects, Limits(**limits), play)
                 findings = list(made.findings())
     good = all(finding.good for finding in findings)
     if cases is not None:
@@ -123,11 +134,12 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
     from real_bench.source import ControllerSource
     from real_bench.submissions.packing import pack as pack_submission
 
-    archive = out or folder.resolve().with_suffix(".zip")
+    place = folder.resolve()
+    archive = out or place.with_name(f"{place.name}.zip")
     check_output(archive, overwrite=overwrite)
     files = pack_submission(folder, archive)
     for file in files:
-        say(f"  {file.relative_to(folder.resolve())}")
+        say(f"  {file.relative_to(place)}")
     sha256 = ControllerSource.of(str(folder)).code_sha256
     say(f"{archive}: {counted(len(files), 'file')}, hash {sha256}")
 

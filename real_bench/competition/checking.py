@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from real_bench.competition.spec import Play
 from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RealBenchError
@@ -14,6 +15,8 @@ from real_bench.sandbox import Limits, SandboxBackend
 from real_bench.simulation import load_scene
 from real_bench.source import ControllerSource
 from real_bench.submissions import Submission, read_submission
+from real_bench.submissions.blame import as_submission_error
+from real_bench.submissions.packing import files_to_submit
 from real_bench.submissions.requirements import packages_of
 
 
@@ -25,26 +28,33 @@ class SubmissionCheck:
         folder: of the submission.
         objects: how many it plays with.
         limits: what it may use up.
+        play: of the round that it is made for, as the round's file says.
     """
 
     folder: Path
     objects: int = 1
     limits: Limits = field(default_factory=Limits)
+    play: Play = "own"
 
     def findings(self) -> Iterator[Finding]:
         """Run one check after the other, up to the first that fails."""
         try:
             submission = read_submission(self.folder)
             yield Finding("says", True, _describe(submission))
-            packages_of(submission)
+            with as_submission_error("its packages cannot be installed"):
+                packages_of(submission)
             wanted = ", ".join(submission.requirements)
             yield Finding("requires", True, wanted or "nothing but realbench")
-            source = ControllerSource.of(str(self.folder))
-            n_files = len(source.submitted_files())
-            yield Finding("hash", True, f"{source.code_sha256} over {counted(n_files, 'file')}")
+            yield Finding("hash", True, self._hash())
             yield from self._controller_findings(submission)
         except RealBenchError as error:
             yield Finding("fails", False, str(error))
+
+    def _hash(self) -> str:
+        source = ControllerSource.of(str(self.folder))
+        files = files_to_submit(source)
+        with as_submission_error(f"{self.folder.name} cannot be read"):
+            return f"{source.code_sha256} over {counted(len(files), 'file')}"
 
     def _controller_findings(self, submission: Submission) -> Iterator[Finding]:
         yield from ControllerCheck(
@@ -54,6 +64,7 @@ class SubmissionCheck:
             self.objects,
             {},
             SandboxBackend(limits=self.limits),
+            is_tested_elsewhere=self.play == "own",
         ).findings()
 
 

@@ -79,7 +79,7 @@ def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> lis
     """Write the bundle; returns the names of its files.
 
     Raises:
-        ExperimentError: the rounds overlap in time.
+        ExperimentError: the rounds overlap in time, or one would end before it starts.
         RealBenchError: a file of a round cannot be read.
     """
     files = dict(bundle_files(competition, image))
@@ -107,7 +107,8 @@ def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, by
 
 def _describe(competition: Competition, image: str) -> dict[str, Any]:
     """The platform's ``competition.yaml``."""
-    _check_order(competition)
+    now = datetime.now(timezone.utc).strftime(MOMENT)
+    _check_order(competition, now)
     return {
         "version": 2,
         "title": competition.title,
@@ -143,7 +144,7 @@ def _describe(competition: Competition, image: str) -> dict[str, Any]:
                 "tasks": list(range(len(competition.rounds))),
             }
         ],
-        "phases": list(_phases(competition)),
+        "phases": list(_phases(competition, now)),
         "leaderboards": [
             {
                 "title": "Results",
@@ -166,8 +167,7 @@ def _describe(competition: Competition, image: str) -> dict[str, Any]:
     }
 
 
-def _phases(competition: Competition) -> Iterator[dict[str, Any]]:
-    now = datetime.now(timezone.utc).strftime(MOMENT)
+def _phases(competition: Competition, now: str) -> Iterator[dict[str, Any]]:
     for index, (name, one) in enumerate(competition.rounds.items()):
         phase: dict[str, Any] = {
             "index": index,
@@ -184,8 +184,14 @@ def _phases(competition: Competition) -> Iterator[dict[str, Any]]:
         yield {**phase, **({"end": one.end} if one.end else {})}
 
 
-def _check_order(competition: Competition) -> None:
+def _check_order(competition: Competition, now: str) -> None:
     """The platform's phases must not overlap, and only the last may have no end."""
+    for name, each in competition.rounds.items():
+        if each.end and each.end <= (each.start or now):
+            raise ExperimentError(
+                f"round {name} has no start, so it would start now, after its end ({each.end}): "
+                "give its start, or another end"
+            )
     for (one, before), (other, after) in pairwise(competition.rounds.items()):
         if not (before.end and after.start) or after.start < before.end:
             raise ExperimentError(

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import shutil
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 
 from real_bench.competition.standing import REFUSED, WAITING, Standing
-from real_bench.errors import ControllerError, ExperimentError
+from real_bench.errors import ControllerError, ExperimentError, SubmissionError
 from real_bench.files import check_folder, file_sha256
-from real_bench.locks import temporary_folder
+from real_bench.locks import temporary_folder, write_lock
 from real_bench.source import ControllerSource, is_ignored
-from real_bench.submissions import FROZEN, MANIFEST, Submission, read_submission
-from real_bench.submissions.packing import copy_submission, open_submission
+from real_bench.submissions import FROZEN, MANIFEST, read_submission
+from real_bench.submissions.blame import as_submission_error
+from real_bench.submissions.packing import copy_submission, files_to_submit, open_submission
 from real_bench.submissions.requirements import packages_of
+
+MAX_KEY_LENGTH = 80
 
 _PLAIN = re.compile(r"[^A-Za-z0-9_.+-]")
 
@@ -56,6 +62,10 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
     if not found:
         raise ExperimentError(f"no submission found in {submissions}")
     check_folder(results / FROZEN, make=True)
+    if submissions.samefile(results / FROZEN):
+        raise ExperimentError(
+            f"{submissions} is where results keep their copies of submissions: name other `results`"
+        )
     return [_entry(path, results / FROZEN, condition) for path in found]
 
 
@@ -64,86 +74,142 @@ def _is_candidate(path: Path) -> bool:
     return (path.is_dir() and not is_ignored(path)) or (path.is_file() and path.suffix == ".zip")
 
 
-def _key(path: Path) -> str:
-    return _PLAIN.sub("_", path.stem if path.is_file() else path.name)
+def _name(place: Path) -> str:
+    """What a submission is handed in as, without ``.zip``; always text that can be kept."""
+    return _text(place.stem if place.is_file() else place.name)
+
+
+def _key(place: Path) -> str:
+    """The same as a file name, which nothing else in the folder has."""
+    name = _name(place)
+    plain = _PLAIN.sub("_", name)
+    if plain == name.replace(" ", "_") and len(plain) <= MAX_KEY_LENGTH:
+        return plain
+    own = place.stem if place.is_file() else place.name
+    return f"{plain[:MAX_KEY_LENGTH]}-{hashlib.sha256(os.fsencode(own)).hexdigest()[:8]}"
+
+
+def _text(text: str) -> str:
+    """A text in which what is not UTF-8 is a question mark."""
+    return text.encode(errors="replace").decode()
 
 
 def _entry(place: Path, frozen: Path, condition: str) -> Entry:
-    key, date = _key(place), _date(place)
+    """A submission as it is taken in; refused, whatever is wrong with it."""
     with temporary_folder("realbench-entry-") as temporary:
+        unpacked = temporary / "submission"
         try:
-            folder = open_submission(place, temporary / "submission")
-            submission = read_submission(folder)
-            sha256 = ControllerSource.of(str(folder)).code_sha256
-        except (ControllerError, OSError) as error:
-            detail = str(error).replace(str(temporary / "submission"), place.name)
-            refused = Standing(
-                name=place.stem,
-                authors=(),
-                description="",
-                sha256=_bytes_sha256(place),
-                status=REFUSED,
-                detail=detail.replace(f"{place}/", ""),
-                key=key,
-                date=date,
-            )
-            return Entry(refused, None)
-        standing = Standing(
-            name=submission.name,
-            authors=submission.authors,
-            description=submission.description,
-            sha256=sha256,
-            status=WAITING,
-            key=key,
-            date=date,
-        )
-        entry = Entry(standing, frozen / f"{key}-{sha256[:12]}")
-        assert entry.folder is not None
-        if not entry.folder.exists():
-            _freeze(folder, entry.folder)
-    return _install_packages(entry, read_submission(entry.folder), condition)
+            with as_submission_error(f"{place.name} cannot be read"):
+                entry = _frozen(place, unpacked, frozen)
+        except ControllerError as error:
+            detail = str(error).replace(str(unpacked), place.name).replace(f"{place}/", "")
+            return _refused(place, detail)
+    return _with_packages(entry, condition)
+
+
+def _frozen(place: Path, unpacked: Path, frozen: Path) -> Entry:
+    """A submission with its files kept as they were handed in; raises ControllerError."""
+    folder = open_submission(place, unpacked)
+    submission = read_submission(folder)
+    source = ControllerSource.of(str(folder))
+    files_to_submit(source)  # not too large: hashing it would take long
+    key, sha256 = _key(place), source.code_sha256
+    standing = Standing(
+        name=submission.name,
+        authors=submission.authors,
+        description=submission.description,
+        sha256=sha256,
+        status=WAITING,
+        key=key,
+        date=_date(place),
+    )
+    copy = frozen / f"{key}-{sha256[:12]}"
+    _freeze(folder, copy)
+    return Entry(standing, copy)
+
+
+def _refused(place: Path, detail: str) -> Entry:
+    return Entry(
+        Standing(
+            name=_name(place),
+            authors=(),
+            description="",
+            sha256=_bytes_sha256(place),
+            status=REFUSED,
+            detail=_text(detail),
+            key=_key(place),
+            date=_date(place),
+        ),
+        None,
+    )
 
 
 def _freeze(folder: Path, to: Path) -> None:
-    """Copy a submission; it appears whole."""
-    partial_copy = to.with_name(f".{to.name}")
-    shutil.rmtree(partial_copy, ignore_errors=True)
-    copy_submission(folder, partial_copy)
-    partial_copy.replace(to)
+    """Copy a submission; it appears whole. Rounds held at the same time share the copy."""
+    if to.exists():
+        return
+    with write_lock(to, wait_while=f"copies {to.name}"):
+        if to.exists():
+            return
+        partial_copy = to.with_name(f".{to.name}")
+        shutil.rmtree(partial_copy, ignore_errors=True)  # of a process that was killed
+        copy_submission(folder, partial_copy)
+        partial_copy.replace(to)
 
 
-def _install_packages(entry: Entry, submission: Submission, condition: str) -> Entry:
+def _with_packages(entry: Entry, condition: str) -> Entry:
     """The entry with its packages installed, or refused."""
-    detail = ""
-    if submission.condition != condition:
-        detail = f"it is made for {submission.condition}, but the round is {condition}"
-    else:
-        try:
+    assert entry.folder is not None
+    try:
+        with as_submission_error("its packages cannot be installed"):
+            submission = read_submission(entry.folder)
+            if submission.condition != condition:
+                made_for = submission.condition
+                raise SubmissionError(f"it is made for {made_for}, but the round is {condition}")
             packages_of(submission)
-        except ControllerError as error:
-            detail = str(error)
-    if not detail:
-        return entry
-    changes = {"status": REFUSED, "detail": detail}
-    return Entry(entry.standing.model_copy(update=changes), None)
+    except ControllerError as error:
+        detail = _text(str(error).replace(f"{entry.folder}/", ""))
+        changes = {"status": REFUSED, "detail": detail}
+        return Entry(entry.standing.model_copy(update=changes), None)
+    return entry
 
 
 def _date(place: Path) -> str:
-    """When it was handed in: the date of its newest file."""
-    newest = max((path.stat().st_mtime for path in _files(place)), default=0.0)
-    return datetime.fromtimestamp(newest, timezone.utc).isoformat(timespec="seconds")
+    """When it was handed in: the date of its newest file, but no later than now."""
+    now = time.time()
+    newest = max((_modified(path) for path in _files(place)), default=0.0)
+    moment = datetime.fromtimestamp(min(max(newest, 0.0), now), timezone.utc)
+    return moment.isoformat(timespec="seconds")
+
+
+def _modified(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
 
 
 def _bytes_sha256(place: Path) -> str:
     """A hash to tell versions apart of what could not be read."""
     file = place if place.is_file() else place / MANIFEST
-    return file_sha256(file) if file.is_file() else hashlib.sha256(b"").hexdigest()
+    with suppress(OSError):
+        if file.is_file():  # a pipe would never end
+            return file_sha256(file)
+    return hashlib.sha256(b"").hexdigest()
 
 
 def _files(place: Path) -> Iterator[Path]:
+    """Every file of it that can be seen, however deep."""
     if place.is_file():
         yield place
         return
-    for path in place.rglob("*"):
-        if path.is_file() and not path.is_symlink():
-            yield path
+    folders = [place]
+    while folders:
+        with suppress(OSError):
+            for path in folders.pop().iterdir():
+                if path.is_symlink():
+                    continue
+                if path.is_dir():
+                    folders.append(path)
+                elif path.is_file():
+                    yield path

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
 from real_bench.competition.round_file import RoundFacts, load_round
-from real_bench.competition.standing import SCORED
+from real_bench.competition.standing import SCORED, WAITING
 from real_bench.competition.verified import KeptVerdict
 from real_bench.counting import counted
 from real_bench.errors import ExperimentError
@@ -138,12 +138,16 @@ def notes(board: Leaderboard) -> list[str]:
         if row.verified is not None and (row.verified.unchecked or not row.verified.holds):
             detail = quoted(row.verified.detail, MAX_DETAIL_LENGTH)
             lines.append(f"{quoted(row.standing.name)}: {detail}")
-    if facts.failure == ZERO and any(row.summary is None for row in rows):
+    if facts.failure == ZERO and any(_failed(row) for row in rows):
         lines.append("a failed submission counts as 0")
     if facts.hidden:
         committed = f" (commitment {facts.commitment})" if facts.commitment else ""
         lines.append(f"the goals are secret until they are released{committed}")
     return lines
+
+
+def _failed(row: Row) -> bool:
+    return row.summary is None and row.standing.status != WAITING
 
 
 def text_table(board: Leaderboard) -> Table:

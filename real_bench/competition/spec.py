@@ -18,9 +18,12 @@ from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.nearest import unknown_name_hint
 from real_bench.sandbox.limits import Limits
+from real_bench.submissions import FROZEN
 from real_bench.yaml_files import read_mapping
 
 MOMENT = "%Y-%m-%d %H:%M:%S"
+
+Play = Literal["own", "given", "none"]
 
 
 class Round(Record):
@@ -50,7 +53,7 @@ class Round(Record):
     goals: str
     released: bool = False
     commitment: str = ""
-    play: Literal["own", "given", "none"] = "own"
+    play: Play = "own"
     recordings: tuple[str, ...] = ()
     steps: Steps = INTRINSIC_STEPS
     trial_steps: Steps = TRIAL_STEPS
@@ -65,12 +68,19 @@ class Round(Record):
     @field_validator("start", "end")
     @classmethod
     def _check_moment(cls, text: str) -> str:
-        if text:
-            try:
-                datetime.strptime(text, MOMENT)
-            except ValueError as error:
-                raise ValueError("write it like 2027-01-31 12:00:00") from error
-        return text
+        """A moment as it is always written, so that moments can be compared as text."""
+        if not text:
+            return text
+        try:
+            return datetime.strptime(text, MOMENT).isoformat(sep=" ")
+        except ValueError as error:
+            raise ValueError("write it like 2027-01-31 12:00:00") from error
+
+    @model_validator(mode="after")
+    def _check_end(self) -> Round:
+        if self.start and self.end and self.end <= self.start:
+            raise ValueError(f"it ends ({self.end}) before it starts ({self.start})")
+        return self
 
     @field_validator("limits", mode="before")
     @classmethod
@@ -110,6 +120,17 @@ class Competition(SpecFile):
     results: Path = Path("results")
     scene: str = "official"
     rounds: Annotated[dict[Name, Round], Field(min_length=1)]
+
+    @field_validator("rounds")
+    @classmethod
+    def _check_names(cls, rounds: dict[str, Round]) -> dict[str, Round]:
+        """Each round has a folder in the results, beside that of the submissions."""
+        if taken := [name for name in rounds if name.casefold() == FROZEN]:
+            raise ValueError(
+                f"a round cannot be called {taken[0]}: the results keep all submissions in a "
+                "folder of that name"
+            )
+        return rounds
 
     @property
     def scene_source(self) -> str:

@@ -21,6 +21,10 @@ from real_bench.task import Task
 
 N_STEPS = 20
 SEED = 0
+LOSES_ALL = (
+    "what it learns at play is lost, since another process tests it: define get_state() and "
+    "set_state(), or use_experience()"
+)
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,8 @@ class ControllerCheck:
         condition, scene, objects: what it is made for.
         settings: values for its settings.
         backend: where it runs.
+        is_tested_elsewhere: whether it is tested in another process than it played in, to which it
+            must hand over what it learned.
     """
 
     controller: str
@@ -55,6 +61,7 @@ class ControllerCheck:
     objects: int
     settings: Mapping[str, Any]
     backend: ControllerBackend
+    is_tested_elsewhere: bool = False
 
     def findings(self) -> Iterator[Finding]:
         """Run one check after the other, up to the first that fails."""
@@ -82,13 +89,12 @@ class ControllerCheck:
             yield self._state(task, proxy, identity)
 
     def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
+        if not identity.hands_over_state and identity.learns_from_experience:
+            return Finding("state", True, "learns from the recording")
+        if not identity.hands_over_state and self.is_tested_elsewhere:
+            return Finding("state", False, LOSES_ALL)
         if not identity.hands_over_state:
-            how = (
-                "learns from the recording"
-                if identity.learns_from_experience
-                else "has none to hand over"
-            )
-            return Finding("state", True, how)
+            return Finding("state", True, "has none to hand over")
         structure, arrays = strip_state(proxy.get_state())
         with self._proxy(task) as other:
             other.set_state(restore_state(structure, lambda number: arrays[number]))

@@ -123,6 +123,8 @@ def find_submission(named: str, base: Path = Path()) -> Path | None:
 def read_submission(folder: Path) -> Submission:
     """The submission in a folder; raises SubmissionError with every fault at once."""
     path = folder / MANIFEST
+    if path.is_symlink():
+        raise SubmissionError(f"{path} is a link, which is not allowed")
     values = read_mapping(path, "the file of a submission", SubmissionError)
     if "folder" in values:
         raise SubmissionError(f"{path} is not valid: folder: not allowed here")

@@ -13,6 +13,7 @@ from real_bench.errors import SubmissionError
 from real_bench.files import write_atomically
 from real_bench.source import ControllerSource
 from real_bench.submissions import MANIFEST, is_submission
+from real_bench.submissions.blame import as_submission_error
 
 MAX_BYTES = 4 * 2**30
 MAX_FILES = 10_000
@@ -20,6 +21,21 @@ EPOCH = (1980, 1, 1, 0, 0, 0)
 """The date of every file in an archive, so that the same submission gives the same bytes."""
 
 LINK = 0o120000
+
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Of any other, a few bytes could unpack to more than fits in memory, at once."""
+
+
+def files_to_submit(source: ControllerSource) -> list[Path]:
+    """The files of a submission, each to be packed, copied and hashed.
+
+    Raises:
+        SubmissionError: they are too large or too many, or cannot be read.
+    """
+    with as_submission_error(f"{source.place.name} cannot be read"):
+        files = source.submitted_files()
+        _check_size(source.place.name, [file.stat().st_size for file in files])
+        return files
 
 
 def pack(folder: Path, archive: Path) -> list[Path]:
@@ -31,8 +47,7 @@ def pack(folder: Path, archive: Path) -> list[Path]:
     source = ControllerSource.of(str(folder))
     if source.submission is None:
         raise SubmissionError(f"{folder} is not a submission: it has no {MANIFEST}")
-    files = source.submitted_files()
-    _check_size(str(folder), [file.stat().st_size for file in files])
+    files = files_to_submit(source)
     contents = ((file.relative_to(source.place).as_posix(), file.read_bytes()) for file in files)
     write_atomically(archive, zip_files(contents))
     return files
@@ -56,28 +71,35 @@ def unpack(archive: Path, folder: Path) -> None:
     Raises:
         SubmissionError: it is not a submission, damaged, too large, or leads elsewhere.
     """
+    with (
+        as_submission_error(f"{archive.name} cannot be unpacked"),
+        zipfile.ZipFile(archive) as packed,
+    ):
+        entries = [entry for entry in packed.infolist() if not entry.is_dir()]
+        _check_size(archive.name, [entry.file_size for entry in entries])
+        top = _top(archive, entries)
+        folder.mkdir(parents=True)
+        for entry, place in _destinations(archive, entries, top):
+            _unpack_file(packed, entry, folder / place, archive)
+
+
+def _unpack_file(
+    packed: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, archive: Path
+) -> None:
     try:
-        with zipfile.ZipFile(archive) as packed:
-            entries = [entry for entry in packed.infolist() if not entry.is_dir()]
-            _check_size(archive.name, [entry.file_size for entry in entries])
-            top = _top(archive, entries)
-            folder.mkdir(parents=True)
-            for entry, place in _destinations(archive, entries, top):
-                target = folder / place
-                target.parent.mkdir(parents=True, exist_ok=True)
-                with packed.open(entry) as content, target.open("wb") as copy:
-                    _copy(content, copy, entry.file_size, archive)
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
-        raise SubmissionError(f"{archive.name} cannot be unpacked: {error}") from error
-    except FileExistsError as error:
-        raise SubmissionError(f"{archive.name} has a file and a folder of the same name") from error
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with packed.open(entry) as content, target.open("xb") as copy:
+            _copy(content, copy, entry.file_size, archive)
+    except (FileExistsError, NotADirectoryError, IsADirectoryError) as error:
+        raise SubmissionError(
+            f"{archive.name} has two files, or a file and a folder, of the same name: {target.name}"
+        ) from error
 
 
 def copy_submission(folder: Path, to: Path) -> None:
     """Copy all files of a submission, and nothing else, into a new folder."""
     source = ControllerSource.of(str(folder))
-    files = source.submitted_files()
-    _check_size(folder.name, [file.stat().st_size for file in files])
+    files = files_to_submit(source)
     to.mkdir(parents=True)
     for file in files:
         target = to / file.relative_to(source.place)
@@ -92,8 +114,9 @@ def open_submission(place: Path, folder: Path) -> Path:
         SubmissionError: it is neither.
     """
     if place.is_dir():
-        if not is_submission(place):
-            raise SubmissionError(f"{place.name} has no {MANIFEST}")
+        with as_submission_error(f"{place.name} cannot be read"):
+            if not is_submission(place):
+                raise SubmissionError(f"{place.name} has no {MANIFEST}")
         return place
     if not place.is_file():
         raise SubmissionError(f"submission not found: {place}")
@@ -123,6 +146,11 @@ def _destinations(
             raise SubmissionError(f"{archive.name} has a file that leads out of its folder: {path}")
         if (entry.external_attr >> 16) & 0o170000 == LINK:
             raise SubmissionError(f"{archive.name} has a link, which is not allowed: {path}")
+        if entry.compress_type not in COMPRESSIONS:
+            raise SubmissionError(
+                f"{archive.name} is not compressed as it should be (deflate): pack it with "
+                "`realbench submission pack`"
+            )
         if path.is_relative_to(top):
             yield entry, str(path.relative_to(top))
 

@@ -41,9 +41,10 @@ def packages_of(submission: Submission) -> Path | None:
     if (place / DONE).exists():
         return packages
     check_folder(place, make=True)
-    with write_lock(place / DONE):
+    wanted = ", ".join(submission.requirements)
+    with write_lock(place / DONE, wait_while=f"installs {wanted}"):
         if not (place / DONE).exists():
-            log.info("installing %s for %s", ", ".join(submission.requirements), submission.name)
+            log.info("installing %s for %s", wanted, submission.name)
             _install(submission, ours, place)
     return packages
 

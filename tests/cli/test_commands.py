@@ -7,11 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 from PIL import Image
 
-from real_bench.cli import COMMANDS
+from real_bench.cli import COMMANDS, cli
 from real_bench.goal_sets import save_goal_set
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
@@ -52,6 +53,14 @@ def test_help_has_an_example_for_every_command() -> None:
         assert "Example:" in realbench(Path(), "scene", subcommand, "--help").stdout
     for subcommand in ("generate", "show", "import"):
         assert "Example:" in realbench(Path(), "goals", subcommand, "--help").stdout
+
+
+def test_every_group_alone_prints_its_help() -> None:
+    context = click.Context(cli)
+    groups = [name for name in COMMANDS if isinstance(cli.get_command(context, name), click.Group)]
+    assert {"goals", "round", "scene", "submission"} <= set(groups)
+    for group in groups:
+        assert "\nCommands:\n" in realbench(Path(), group).stdout
 
 
 def test_help_lists_every_command() -> None:

@@ -174,3 +174,37 @@ def test_rounds_must_follow_one_another_in_time(place: Path) -> None:
     (place / "two.yaml").write_text(json.dumps(fields))
     done = realbench(place, "round", "codabench", "two.yaml", "--overwrite", code=1)
     assert "write it like 2027-01-31 12:00:00" in done.stderr
+
+
+def written_rounds(place: Path, *times: tuple[str, str], code: int = 0) -> str:
+    """Write a bundle of rounds with these starts and ends; gives what is printed of errors."""
+    fields = [{"start": start, "end": end} for start, end in times]
+    named = {f"r{number}": {**ROUND, **each} for number, each in enumerate(fields)}
+    spec = {"title": "Times", "scene": "builtin", "rounds": named}
+    (place / "times.yaml").write_text(json.dumps(spec))
+    done = realbench(place, "round", "codabench", "times.yaml", "--overwrite", code=code)
+    return done.stderr
+
+
+def test_moments_are_compared_as_moments_however_they_are_written(place: Path) -> None:
+    first, second = ("2027-9-1 0:00:00", "2027-9-30 00:00:00"), ("2027-10-1 00:00:00", "")
+    written_rounds(place, first, second)
+    with zipfile.ZipFile(place / "bundle.zip") as packed:
+        phases = json.loads(packed.read("competition.yaml"))["phases"]
+    assert (phases[0]["start"], phases[0]["end"]) == ("2027-09-01 00:00:00", "2027-09-30 00:00:00")
+    late = ("2027-9-1 0:00:00", "2027-10-1 0:00:01")
+    assert "must begin after" in written_rounds(place, late, second, code=1)
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        ("2027-10-01 00:00:00", "2027-01-01 00:00:00"),
+        ("2027-10-01 00:00:00", "2027-10-01 00:00:00"),
+        ("", "2020-01-01 00:00:00"),
+    ],
+)
+def test_round_that_ends_before_it_starts_is_refused(place: Path, start: str, end: str) -> None:
+    told = written_rounds(place, (start, end), code=1)
+    assert "it ends (" in told or "after its end" in told
+    assert not (place / "bundle.zip").exists()

@@ -2,10 +2,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from real_bench.competition.leaderboard import Leaderboard, notes
 from real_bench.competition.ranking import Row, ranked
+from real_bench.competition.round_file import RoundFacts
 from real_bench.competition.standing import Standing, Status
 from real_bench.scoring.comparison import compare
 from real_bench.scoring.repeats import by_goal, summarise_repeats
@@ -53,6 +56,34 @@ def test_equal_submissions_share_a_rank_under_every_rule() -> None:
 def test_waiting_submission_has_no_rank() -> None:
     rows = [row("a", None, "waiting"), row("b", None, "refused"), row("c", [0.1, 0.2])]
     assert ranks(ranked(rows, "zero", "paired")) == [("c", 1), ("b", 2), ("a", None)]
+
+
+FACTS = RoundFacts(
+    title="T",
+    name="r",
+    condition="OM",
+    objects=1,
+    scene="builtin",
+    play="own",
+    steps=1,
+    trial_steps=1,
+    repeats=1,
+    limits={},
+    failure="zero",
+    ties="none",
+    goals="goals.npy",
+    goals_sha256="",
+    n_goals=3,
+    hidden=False,
+    commitment="",
+)
+
+
+@pytest.mark.parametrize(("status", "counts"), [("waiting", False), ("refused", True)])
+def test_board_tells_of_failures_only_where_one_counts(status: Status, counts: bool) -> None:
+    rows = [row("a", [0.1, 0.2, 0.3]), row("b", None, status)]
+    told = notes(Leaderboard(FACTS, tuple(ranked(rows, "zero", "none"))))
+    assert ("a failed submission counts as 0" in told) == counts
 
 
 @settings(max_examples=40, deadline=None)

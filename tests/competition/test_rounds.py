@@ -8,15 +8,18 @@ import shutil
 import subprocess
 import time
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 from typing import Any
 
 import pytest
 
+from real_bench.competition.entries import Entry, read_entries
 from real_bench.scoring.result import load_result
 from real_bench.submissions.packing import pack
 from tests.cli.shell import COMMAND, realbench
-from tests.competition.five import CRASHING, GOOD, MEMORY, derived, rounds, submission
+from tests.competition.five import CRASHING, GOOD, MEMORY, ROUND, derived, rounds, submission
 
 
 def rows_of(place: Path, name: str = "first") -> dict[str, Any]:
@@ -216,3 +219,44 @@ def test_archive_that_leads_out_of_its_folder_is_refused(place: Path) -> None:
     realbench(place, "round", "run", "submissions", rounds(place))
     assert "leads out of its folder" in rows_of(place)["evil"]["detail"]
     assert not list(place.rglob("escaped.py"))
+
+
+def test_rounds_held_at_the_same_time_share_the_copies_of_submissions(place: Path) -> None:
+    for number in range(4):
+        folder = submission(place / "submissions" / f"team{number}", GOOD)
+        for file in range(100):
+            (folder / f"data{file}").write_text(str(file))
+    with ThreadPoolExecutor() as pool:
+        for moment in range(3):
+            begin = Barrier(4)
+            results = place / f"results{moment}"
+
+            def take_in(results: Path = results, begin: Barrier = begin) -> list[Entry]:
+                begin.wait()
+                return read_entries(place / "submissions", results, "OM")
+
+            each = [future.result() for future in [pool.submit(take_in) for _ in range(4)]]
+            assert all(entries == each[0] for entries in each)
+            assert len(list((results / "submissions").iterdir())) == 4
+
+
+@pytest.mark.parametrize("name", ["submissions", "Submissions"])
+def test_round_cannot_have_the_name_of_what_results_hold(place: Path, name: str) -> None:
+    submission(place / "handed-in" / "good", GOOD)
+    spec = {"scene": "builtin", "rounds": {name: ROUND}}
+    (place / "round.yaml").write_text(json.dumps(spec))
+    done = realbench(place, "round", "run", "handed-in", "round.yaml", code=1)
+    assert f"rounds: Value error, a round cannot be called {name}" in done.stderr
+    assert not (place / "results").exists()
+
+
+def test_results_cannot_be_where_submissions_are(place: Path) -> None:
+    submission(place / "submissions" / "good", GOOD)
+    submission(place / "first" / "good", GOOD)
+    spec = {"scene": "builtin", "results": ".", "rounds": {"first": ROUND}}
+    (place / "round.yaml").write_text(json.dumps(spec))
+    done = realbench(place, "round", "run", "submissions", "round.yaml", code=1)
+    assert "name other `results`" in done.stderr
+    done = realbench(place, "round", "run", "first", "round.yaml", code=2)
+    assert "first is the folder of round first" in done.stderr
+    assert {path.name for path in (place / "submissions").iterdir()} == {"good"}

@@ -1,10 +1,13 @@
 from __future__ import annotations
 
 import json
+import logging
 import stat
 import tempfile
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Barrier
 from typing import Any
 
 import pytest
@@ -18,6 +21,7 @@ from real_bench.scoring.result import load_result
 from real_bench.source import ControllerSource
 from real_bench.submissions import read_submission
 from real_bench.submissions.packing import pack, unpack
+from real_bench.submissions.requirements import packages_of
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, HANGING, derived, submission
 from tests.competition.wheels import NAME, wheel
@@ -44,6 +48,54 @@ def test_new_submission_passes_its_check_unchanged(place: Path) -> None:
     again = realbench(place, "submission", "init", "mine", code=3)
     assert "exists: use another folder" in again.stderr
     assert "mine.zip exists" in realbench(place, "submission", "pack", "mine", code=1).stderr
+
+
+def without_method(code: str, *names: str) -> str:
+    """The code of a controller whose methods of these names have other ones."""
+    for name in names:
+        code = code.replace(f"def {name}(", f"def no_{name}(")
+    return code
+
+
+def test_submission_that_forgets_its_play_fails_unless_it_need_not_play(place: Path) -> None:
+    """As a round in which it plays would refuse it, but only after its play."""
+    code = without_method(GOOD, "get_state", "set_state")
+    submission(place / "mine", code)
+    done = realbench(place, "submission", "check", "mine", code=3)
+    told = done.stdout.splitlines()[-1]
+    assert told.startswith("NO  state ")
+    assert "define get_state() and set_state(), or use_experience()" in told
+    for play in ("given", "none"):
+        assert realbench(place, "submission", "check", "mine", "--play", play)
+    learning = code + "\n    def use_experience(self, experience):\n        pass\n"
+    submission(place / "learning", learning)
+    done = realbench(place, "submission", "check", "learning")
+    assert "ok  state     learns from the recording" in done.stdout
+    assert "define get_state" not in realbench(place, "check", "mine").stdout
+
+
+def test_archive_has_the_whole_name_of_its_folder(place: Path) -> None:
+    for version in ("v1", "v2"):
+        submission(place / f"team.{version}", GOOD)
+        realbench(place, "submission", "pack", f"team.{version}")
+    assert {path.name for path in place.glob("*.zip")} == {"team.v1.zip", "team.v2.zip"}
+
+
+def test_same_requirements_are_installed_once_by_two_at_the_same_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    wheel(submission(tmp_path / "mine", GOOD, requirements=[NAME]) / "wheels")
+    mine = read_submission(tmp_path / "mine")
+    with caplog.at_level(logging.INFO), ThreadPoolExecutor() as pool:
+        begin = Barrier(2)
+        futures = [pool.submit(lambda: (begin.wait(), packages_of(mine))[1]) for _ in range(2)]
+        packages = {future.result() for future in futures}
+    assert len(packages) == 1
+    assert (packages.pop() or Path()).is_dir()
+    assert [record.message for record in caplog.records if NAME in record.message] == [
+        *sorted([f"installing {NAME} for Mine", f"waiting while another process installs {NAME}"])
+    ]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import fcntl
 import logging
 import os
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -34,6 +35,26 @@ def test_second_writer_is_refused_until_the_first_is_done(tmp_path: Path) -> Non
             pass
     with write_lock(path):
         pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_one_who_waits_says_so_and_is_next(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path, order = tmp_path / "x", []
+
+    def write() -> None:
+        with write_lock(path, wait_while="writes x"):
+            order.append("second")
+
+    with caplog.at_level(logging.INFO), ThreadPoolExecutor() as pool:
+        with write_lock(path):
+            waiting = pool.submit(write)
+            while "waiting while another process writes x" not in caplog.text:
+                assert not waiting.done()
+            order.append("first")
+        waiting.result()
+    assert order == ["first", "second"]
     assert not list(tmp_path.iterdir())
 
 
