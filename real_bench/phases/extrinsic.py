@@ -11,6 +11,7 @@ from pathlib import Path
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
+from real_bench.lengths import MAX_TRIAL_STEPS
 from real_bench.locks import write_lock
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.handover import NOTHING, Handover
@@ -19,7 +20,6 @@ from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, run_versions
-from real_bench.scoring.commands import MAX_TRIAL_STEPS
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 from real_bench.source import recorded_name
 
