@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from real_bench.counting import counted
@@ -44,9 +45,9 @@ def state_of(job: Job) -> JobState:
     return JobState("done" if done else "unfinished", mismatches, result)
 
 
-def mismatch_message(job: Job, reasons: Sequence[str]) -> str:
-    """The message about a file that does not fit its job."""
-    return f"{job.out.name} does not belong here: {'; '.join(reasons)}"
+def mismatch_message(file: Path, reasons: Sequence[str]) -> str:
+    """The message about a file that does not fit its experiment."""
+    return f"{file.name} does not belong here: {'; '.join(reasons)}"
 
 
 def mismatch_error(wrong: Sequence[str]) -> ExperimentError:
