@@ -30,6 +30,10 @@ log = logging.getLogger(__name__)
 LOST_WORKER = "finished trials are kept: repeat the command with --resume"
 
 
+class NotResumableError(ResultError):
+    """A result that this test cannot go on with."""
+
+
 @dataclass(frozen=True)
 class ExtrinsicPhase:
     """An extrinsic phase to run.
@@ -80,6 +84,7 @@ class ExtrinsicPhase:
 
         Raises:
             Interrupted: the user stopped it; ``resume`` continues.
+            NotResumableError: the result cannot be continued; nothing was done.
             ControllerError: the controller failed; earlier trials are kept.
             RealBenchError: anything else that is wrong, before or while it runs.
         """
@@ -118,23 +123,26 @@ class ExtrinsicPhase:
         setting = self._setting(identity, learned)
         if not resume:
             return Result(setting=setting)
-        result = load_result(self.out)
+        try:
+            result = load_result(self.out)
+        except ResultError as error:
+            raise NotResumableError(str(error)) from error
         changed = [
             name
             for name in Setting.model_fields
             if name != "goal_numbers" and getattr(result.setting, name) != getattr(setting, name)
         ]
         if changed:
-            raise ResultError(
+            raise NotResumableError(
                 f"{self.out} is of another test and cannot be resumed: {', '.join(changed)} differ"
             )
         if not result.keeps_commands:
-            raise ResultError(
+            raise NotResumableError(
                 f"{self.out} is too old to be resumed, it keeps no commands: use --overwrite"
             )
         tested = {trial.goal for trial in result.trials}
         if more := sorted(tested - set(self.goal_numbers)):
-            raise ResultError(
+            raise NotResumableError(
                 f"{self.out} already holds goal {more[0]}, beyond the first {self.n_trials} trials"
             )
         return result.model_copy(update={"setting": setting})
@@ -166,7 +174,7 @@ class ExtrinsicPhase:
         maker = TrialMaker(self.plan, proxy, given, activity=activity)
         try:
             if maker.in_order and done:
-                raise ResultError(
+                raise NotResumableError(
                     f"{self.out} cannot be resumed: the controller learns across trials, "
                     "and what it learned is lost; use --overwrite"
                 )
