@@ -146,9 +146,11 @@ class ExperimentPlan:
         jobs = [self.play(*repeat) for repeat in repeats]
         plays = {job.name: job for job in jobs if job and job.name in needed}
         to_play = self._pending(list(plays.values()), overwrite)
-        return PendingJobs(
-            tuple(job.model_copy(update={"resume": resume}) for job in to_play), tuple(scorings)
-        )
+        played = [
+            job.model_copy(update={"resume": resume and not self.state(job).mismatches})
+            for job in to_play
+        ]
+        return PendingJobs(tuple(played), tuple(scorings))
 
     def check_goals(self) -> None:
         """Check that goals are as the experiment says; raises ExperimentError."""
@@ -187,7 +189,7 @@ class ExperimentPlan:
         """What is not done yet, or must be done again."""
         states = [(job, self.state(job)) for job in jobs]
         wrong = [
-            mismatch_message(job.out, state.mismatches) for job, state in states if state.mismatches
+            mismatch_message(job, state.mismatches) for job, state in states if state.mismatches
         ]
         if wrong and not overwrite:
             raise mismatch_error(wrong)

@@ -151,7 +151,7 @@ def _finished(
     for job in jobs:
         state = plan.state(job)
         if state.mismatches:
-            raise mismatch_error([mismatch_message(job.out, state.mismatches)])
+            raise mismatch_error([mismatch_message(job, state.mismatches)])
         if state.result and state.reached == "done":
             yield job, state.result
 
