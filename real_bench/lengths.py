@@ -2,3 +2,6 @@
 
 INTRINSIC_STEPS = 15_000_000
 TRIAL_STEPS = 10_000
+
+MAX_TRIAL_STEPS = 100_000
+"""Ten times the benchmark's. Commands of a longer trial are neither kept nor read."""

@@ -83,7 +83,7 @@ def table(
     failures: dict[str, Failure] = {}
     if wanted:
         with experiment.lock_folder():
-            experiment.prepare()
+            experiment.prepare(overwrite=overwrite)
             work = experiment.missing(resume=resume, overwrite=overwrite)
             if len(work):
                 experiment.check(work)

@@ -14,7 +14,7 @@ from pydantic import (
 )
 
 from real_bench.errors import ExperimentError, RealBenchError, faults
-from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps
+from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.nearest import unknown_name_hint
 from real_bench.sandbox.limits import Limits
@@ -56,7 +56,7 @@ class Round(Record):
     play: Play = "own"
     recordings: tuple[str, ...] = ()
     steps: Steps = INTRINSIC_STEPS
-    trial_steps: Steps = TRIAL_STEPS
+    trial_steps: TrialSteps = TRIAL_STEPS
     repeats: Annotated[int, Field(ge=1)] = 1
     seed: Seed = 0
     limits: Limits = Field(default_factory=Limits)

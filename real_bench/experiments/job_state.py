@@ -6,10 +6,17 @@ import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from real_bench.counting import counted
-from real_bench.errors import ControllerError, ExperimentError, in_short
+from real_bench.errors import (
+    ControllerError,
+    ExperimentError,
+    RecordingError,
+    ResultError,
+    in_short,
+)
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
@@ -33,11 +40,16 @@ class JobState:
 
 
 def state_of(job: Job) -> JobState:
-    """The state of a job; reads its file."""
+    """The state of a job; reads its file. One that cannot be read does not fit."""
     if not job.out.exists():
         return JobState("missing")
-    if isinstance(job, PlayJob):
-        return _state_of_play(job)
+    try:
+        return _state_of_play(job) if isinstance(job, PlayJob) else _state_of_test(job)
+    except (RecordingError, ResultError) as error:
+        return JobState("unfinished", (str(error),))
+
+
+def _state_of_test(job: ScoringJob) -> JobState:
     result = load_result(job.out)
     mismatches = tuple(_mismatches(job, result))
     done = len(result.trials) == job.n_goals
@@ -46,7 +58,12 @@ def state_of(job: Job) -> JobState:
 
 def mismatch_message(job: Job, reasons: Sequence[str]) -> str:
     """The message about a file that does not fit its job."""
-    return f"{job.out.name} does not belong here: {'; '.join(reasons)}"
+    return file_mismatch_message(job.out, reasons)
+
+
+def file_mismatch_message(file: Path, reasons: Sequence[str]) -> str:
+    """The message about a file that does not fit its experiment."""
+    return f"{file.name} does not belong here: {'; '.join(reasons)}"
 
 
 def mismatch_error(wrong: Sequence[str]) -> ExperimentError:

@@ -18,7 +18,6 @@ from real_bench.errors import (
     ControllerError,
     ExperimentError,
     RealBenchError,
-    ResultError,
     in_short,
 )
 from real_bench.phases.activity import Activity, ignore_activity
@@ -188,7 +187,7 @@ class ScoringJob(_Job):
     def do(self, report: OnSteps, activity: Activity = ignore_activity) -> None:
         """Test; continues a result of the same test."""
         from real_bench.goal_sets import load_goal_set
-        from real_bench.phases.extrinsic import ExtrinsicPhase
+        from real_bench.phases.extrinsic import ExtrinsicPhase, NotResumableError
         from real_bench.phases.trial import TrialPlan
         from real_bench.simulation import load_scene
 
@@ -210,7 +209,9 @@ class ScoringJob(_Job):
 
         try:
             phase.run(update, resume=True, activity=activity)
-        except ResultError:  # begun by other code, or by a controller that cannot go on
+        except (
+            NotResumableError
+        ):  # damaged, begun by other code, or by a controller that cannot go on
             phase.run(update, overwrite=True, activity=activity)
 
 

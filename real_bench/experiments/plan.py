@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from real_bench.counting import counted
+from real_bench.experiments.goal_files import GoalFiles
 from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
-from real_bench.experiments.spec import Cell, DrawnGoals, Play, Spec
+from real_bench.experiments.spec import Cell, Play, Spec
 from real_bench.sandbox.limits import Limits
 
 _T = TypeVar("_T", PlayJob, ScoringJob)
@@ -74,6 +75,7 @@ class ExperimentPlan:
         self._spec = spec
         self._isolate, self._limits = isolate, limits or Limits()
         self._states: dict[Path, JobState] = {}
+        self._goals = GoalFiles(spec)
 
     def state(self, job: Job) -> JobState:
         """The state of a job when it was first asked for."""
@@ -90,9 +92,9 @@ class ExperimentPlan:
                     f"{cell.name}-seed{seed}-{goals}", cell, cell.objects, seed, ".json"
                 ),
                 trial_steps=spec.trial_steps,
-                goals=spec.goal_file(goals, cell.objects),
-                n_goals=self._goals[goals, cell.objects][0],
-                goals_sha256=self._goals[goals, cell.objects][1],
+                goals=self._goals[goals, cell.objects].path,
+                n_goals=self._goals[goals, cell.objects].n_goals,
+                goals_sha256=self._goals[goals, cell.objects].sha256,
                 run=play.out if play else None,
                 run_steps=play.steps if play else 0,
                 play=play.name if play else None,
@@ -144,23 +146,26 @@ class ExperimentPlan:
         jobs = [self.play(*repeat) for repeat in repeats]
         plays = {job.name: job for job in jobs if job and job.name in needed}
         to_play = self._pending(list(plays.values()), overwrite)
-        return PendingJobs(
-            tuple(job.model_copy(update={"resume": resume}) for job in to_play), tuple(scorings)
-        )
+        played = [
+            job.model_copy(update={"resume": resume and not self.state(job).mismatches})
+            for job in to_play
+        ]
+        return PendingJobs(tuple(played), tuple(scorings))
 
-    def draw_goals(self) -> Iterator[str]:
-        """Draw missing goal sets; yields the name of each before it is drawn."""
-        from real_bench.goal_sets import generate_goal_set, save_goal_set
-        from real_bench.simulation import load_scene
+    def check_goals(self) -> None:
+        """Check that goals are as the experiment says; raises ExperimentError."""
+        self._goals.check()
 
-        spec = self._spec
-        for name, objects in self._goals:
-            source, path = spec.goals[name], spec.goal_file(name, objects)
-            if isinstance(source, DrawnGoals) and not path.exists():
-                yield path.name
-                scene = load_scene(spec.scene_source)
-                drawn = generate_goal_set(scene, objects, source.seed, counts=_counts(source))
-                save_goal_set(drawn, path)
+    def draw_goals(self, *, overwrite: bool = False) -> Iterator[str]:
+        """Draw missing goal sets; yields the name of each before it is drawn.
+
+        Args:
+            overwrite: replace drawn ones that do not fit the experiment.
+
+        Raises:
+            ExperimentError: some do not, and must not be overwritten.
+        """
+        return self._goals.draw(overwrite=overwrite)
 
     def _shared_fields(
         self, name: str, player: Cell | Play, objects: int, seed: int, suffix: str
@@ -191,30 +196,7 @@ class ExperimentPlan:
         return [job for job, state in states if state.mismatches or state.reached != "done"]
 
     @cached_property
-    def _goals(self) -> dict[tuple[str, int], tuple[int, str]]:
-        """How many goals each set has, and its hash if it exists, by name and objects."""
-        from real_bench.goal_sets import load_goal_set
-
-        found: dict[tuple[str, int], tuple[int, str]] = {}
-        for cell in self._spec.cells:
-            for name in self._spec.goal_names(cell):
-                source = self._spec.goals[name]
-                path = self._spec.goal_file(name, cell.objects)
-                if isinstance(source, DrawnGoals) and not path.exists():
-                    found[name, cell.objects] = sum(_counts(source).values()), ""
-                elif (name, cell.objects) not in found:
-                    goal_set = load_goal_set(path)
-                    found[name, cell.objects] = len(goal_set), goal_set.sha256
-        return found
-
-    @cached_property
     def _scene_name(self) -> str:
         from real_bench.simulation.scene import manifest_path, read_manifest
 
         return read_manifest(manifest_path(self._spec.scene_source)).name
-
-
-def _counts(source: DrawnGoals) -> dict[str, int]:
-    from real_bench.goal_sets.generator import OFFICIAL_COUNTS
-
-    return {str(kind): number for kind, number in (source.counts or OFFICIAL_COUNTS).items()}

@@ -41,16 +41,21 @@ class Experiment:
     isolate: bool = False
     limits: Limits | None = None
 
-    def prepare(self) -> None:
+    def prepare(self, *, overwrite: bool = False) -> None:
         """Draw missing goals, and check everything before any work.
+
+        Args:
+            overwrite: replace drawn goals that are not as the experiment says.
 
         Raises:
             RealBenchError: a controller, a setting, the scene or goals cannot be used.
         """
         self._check_controllers()
         load_scene(self.spec.scene_source)  # is it installed?
-        for name in ExperimentPlan(self.spec).draw_goals():
+        plan = self._plan()
+        for name in plan.draw_goals(overwrite=overwrite):
             log.info("drawing %s", name)
+        plan.check_goals()
         self._check_goals()
 
     def missing(self, *, resume: bool = False, overwrite: bool = False) -> PendingJobs:

@@ -59,7 +59,7 @@ class JobRunner(Protocol):
         """
 
     def stop(self) -> None:
-        """Stop running jobs."""
+        """Stop running jobs, if there are any, and leave."""
 
 
 @dataclass(frozen=True)
@@ -127,9 +127,8 @@ class JobScheduler:
                         queue.end(running.pop(future), future.exception())
                     names = [queue.label(job) for job in running.values()]
                     update(queue.progress(names, self._workplace.waiting_for() if names else ""))
-            except BaseException:
+            finally:
                 self._workplace.stop()
-                raise
         return queue.failures
 
     def _attempt(self, job: Job, report: OnSteps) -> None:

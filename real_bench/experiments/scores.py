@@ -96,6 +96,7 @@ def rows_of(spec: Spec, plan: ExperimentPlan) -> list[Row]:
     Raises:
         ExperimentError: results do not fit the experiment, or one another.
     """
+    plan.check_goals()
     consistency = _ConsistencyCheck()
     return [_row(spec, plan, cell, consistency) for cell in spec.cells]
 

@@ -14,7 +14,7 @@ from pydantic import (
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, faults
-from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps
+from real_bench.fields import SEEDS, ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
 from real_bench.files import check_output, write_atomically
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.naming import CONTROLLER_FILE
@@ -141,10 +141,10 @@ class Spec(SpecFile):
     run: bool = True
     scene: str = "official"
     steps: Steps = INTRINSIC_STEPS
-    trial_steps: Steps = TRIAL_STEPS
+    trial_steps: TrialSteps = TRIAL_STEPS
     repeats: Annotated[int, Field(ge=1)] = 1
     seed: Seed = 0
-    goals: dict[Name, DrawnGoals | str] = Field(default_factory=_shipped)
+    goals: dict[Name, DrawnGoals | str] = Field(default_factory=_shipped, min_length=1)
     plays: dict[Name, Play] = Field(default_factory=dict)
     cells: Annotated[tuple[Cell, ...], Field(min_length=1)]
 
@@ -154,6 +154,8 @@ class Spec(SpecFile):
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"two cells are named {', '.join(twice)}: give each a name")
         for cell in self.cells:
+            if self.seeds(cell)[-1] >= SEEDS:
+                raise ValueError(f"cell {cell.name} has seeds of 2**63 or more")
             if cell.play not in (OWN, NONE, *self.plays):
                 known = [OWN, NONE, *self.plays]
                 raise ValueError(
@@ -162,6 +164,8 @@ class Spec(SpecFile):
                 )
             if cell.play in self.plays:
                 _check_compatible(cell, self.plays[cell.play])
+            if twice := sorted({name for name in cell.goals if cell.goals.count(name) > 1}):
+                raise ValueError(f"cell {cell.name} names goals {', '.join(twice)} twice")
             if unknown := [name for name in cell.goals if name not in self.goals]:
                 raise ValueError(
                     f"cell {cell.name} has unknown goals {', '.join(unknown)}: use "

@@ -10,8 +10,10 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from uuid import uuid4
 
 import numpy as np
 from gymnasium import spaces
@@ -23,7 +25,7 @@ from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.extras import extra
-from real_bench.files import OutputError, check_folder
+from real_bench.files import OutputError, check_folder, real_path
 from real_bench.recording import Recording
 from real_bench.recording.arrays import resize_images
 from real_bench.replay import fresh_states
@@ -57,11 +59,10 @@ def save_minari(export: Export, report: OnExport) -> str:
     if not _NAME.fullmatch(name):
         raise RecordingError(f"a dataset's name must look like realbench/run-v0, not {name!r}")
     storages = extra("minari.dataset.minari_storage", "minari", MIN_VERSION)
-    place = _prepare_folder(export.folder.absolute() / name, overwrite=export.overwrite)
     episodes = _Episodes(export.recording, export.images, export.image_size)
-    try:
+    with _replacement(export.folder.absolute() / name, overwrite=export.overwrite) as hidden:
         storage = storages.MinariStorage.new(
-            place / "data",
+            hidden / "data",
             observation_space=episodes.observation_space,
             action_space=episodes.action_space,
             jpeg_encoding=False,  # the images exactly as they are
@@ -69,9 +70,6 @@ def save_minari(export: Export, report: OnExport) -> str:
         storage.update_metadata(_metadata(name, export.recording))
         for number, length in enumerate(episodes.write(storage, report)):
             storage.update_episode_metadata([{"total_steps": length}], [number])
-    except BaseException:
-        shutil.rmtree(place, ignore_errors=True)
-        raise
     return f"MINARI_DATASETS_PATH={export.folder}, minari.load_dataset({name!r})"
 
 
@@ -192,16 +190,35 @@ def _metadata(name: str, recording: Recording) -> dict[str, Any]:
     }
 
 
-def _prepare_folder(place: Path, *, overwrite: bool) -> Path:
-    """Make an empty folder."""
-    if place.exists() and any(place.iterdir()):
-        if not overwrite:
-            raise OutputError(f"{place} exists: use --overwrite, another --out or another --name")
-        if not (place / "data" / "metadata.json").exists():
-            raise OutputError(f"{place} is not a Minari dataset, so it is not replaced")
-        shutil.rmtree(place)
-    check_folder(place, make=True)
-    return place
+@contextmanager
+def _replacement(place: Path, *, overwrite: bool) -> Iterator[Path]:
+    """A hidden folder that replaces a dataset once it is written; after a failure, none does."""
+    place = real_path(place)
+    _check_replaceable(place, overwrite=overwrite)
+    check_folder(place.parent, make=True)
+    hidden, former = (place.with_name(f".{uuid4().hex[:12]}") for _ in range(2))
+    try:
+        hidden.mkdir()
+        yield hidden
+        if place.exists():
+            place.rename(former)
+        hidden.rename(place)
+    except BaseException:
+        if former.exists():
+            former.rename(place)
+        shutil.rmtree(hidden, ignore_errors=True)
+        raise
+    shutil.rmtree(former, ignore_errors=True)
+
+
+def _check_replaceable(place: Path, *, overwrite: bool) -> None:
+    """Check that there is nothing, or a dataset that may be overwritten; raises OutputError."""
+    if not place.exists() or (place.is_dir() and not any(place.iterdir())):
+        return
+    if not overwrite:
+        raise OutputError(f"{place} exists: use --overwrite, another --out or another --name")
+    if not (place / "data" / "metadata.json").exists():
+        raise OutputError(f"{place} is not a Minari dataset, so it is not replaced")
 
 
 def _plain(stem: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.extras import extra
-from real_bench.files import atomic_replacement, check_folder, check_output, write_atomically
+from real_bench.files import atomic_replacement, check_folder, check_output
 from real_bench.recording import Recording
 from real_bench.recording.columns import flat, pose_type, to_columns
 
@@ -72,18 +72,18 @@ def _save(
     for path in (*paths.values(), export.folder / FACTS):
         check_output(path, overwrite=export.overwrite)
     total, done = sum(count for count, _ in tables.values()), 0
-    for name, (count, read) in tables.items():
-        with (
-            atomic_replacement(paths[name]) as hidden,
-            opened(hidden, flat(read(0).dtype)) as write,
-        ):
-            for first in range(0, count, ROWS_AT_ONCE):
-                rows = read(first)
-                write(to_columns(rows, flat(rows.dtype)))
-                report(done + first + len(rows), total)
-        done += count
     facts = json.dumps(export.recording.header.model_dump(mode="json"), indent=1)
-    write_atomically(export.folder / FACTS, (facts + "\n").encode())
+    with ExitStack() as all_at_once:  # tables of two recordings must not be mixed
+        for name, (count, read) in tables.items():
+            hidden = all_at_once.enter_context(atomic_replacement(paths[name]))
+            with opened(hidden, flat(read(0).dtype)) as write:
+                for first in range(0, count, ROWS_AT_ONCE):
+                    rows = read(first)
+                    write(to_columns(rows, flat(rows.dtype)))
+                    report(done + first + len(rows), total)
+            done += count
+        hidden = all_at_once.enter_context(atomic_replacement(export.folder / FACTS))
+        hidden.write_text(facts + "\n", encoding="utf-8")
     return f"{len(tables)} tables and {FACTS} in {export.folder}"
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from real_bench.errors import Interrupted, RealBenchError, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
+from real_bench.lengths import MAX_TRIAL_STEPS
 from real_bench.locks import write_lock
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.handover import NOTHING, Handover
@@ -19,7 +20,6 @@ from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
 from real_bench.recording import Recording, run_versions
-from real_bench.scoring.commands import MAX_TRIAL_STEPS
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 from real_bench.source import recorded_name
 
@@ -28,6 +28,10 @@ OnTrial = Callable[[Result], None]
 log = logging.getLogger(__name__)
 
 LOST_WORKER = "finished trials are kept: repeat the command with --resume"
+
+
+class NotResumableError(ResultError):
+    """A result that this test cannot go on with."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,7 @@ class ExtrinsicPhase:
 
         Raises:
             Interrupted: the user stopped it; ``resume`` continues.
+            NotResumableError: the result cannot be continued; nothing was done.
             ControllerError: the controller failed; earlier trials are kept.
             RealBenchError: anything else that is wrong, before or while it runs.
         """
@@ -119,23 +124,26 @@ class ExtrinsicPhase:
         setting = self._setting(identity, learned)
         if not resume:
             return Result(setting=setting)
-        result = load_result(self.out)
+        try:
+            result = load_result(self.out)
+        except ResultError as error:
+            raise NotResumableError(str(error)) from error
         changed = [
             name
             for name in Setting.model_fields
             if name != "goal_numbers" and getattr(result.setting, name) != getattr(setting, name)
         ]
         if changed:
-            raise ResultError(
+            raise NotResumableError(
                 f"{self.out} is of another test and cannot be resumed: {', '.join(changed)} differ"
             )
         if not result.keeps_commands:
-            raise ResultError(
+            raise NotResumableError(
                 f"{self.out} is too old to be resumed, it keeps no commands: use --overwrite"
             )
         tested = {trial.goal for trial in result.trials}
         if more := sorted(tested - set(self.goal_numbers)):
-            raise ResultError(
+            raise NotResumableError(
                 f"{self.out} already holds goal {more[0]}, beyond the first {self.n_trials} trials"
             )
         return result.model_copy(update={"setting": setting})
@@ -167,7 +175,7 @@ class ExtrinsicPhase:
         maker = TrialMaker(self.plan, proxy, given, activity=activity)
         try:
             if maker.in_order and done:
-                raise ResultError(
+                raise NotResumableError(
                     f"{self.out} cannot be resumed: the controller learns across trials, "
                     "and what it learned is lost; use --overwrite"
                 )

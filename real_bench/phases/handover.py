@@ -39,7 +39,12 @@ NOTHING = Handover()
 
 
 def load_handover(
-    run: Path, controller: str, identity: Identity, condition: Condition, wanted: Wanted | None
+    run: Path,
+    controller: str,
+    identity: Identity,
+    condition: Condition,
+    wanted: Wanted | None,
+    steps: int | None = None,
 ) -> Handover:
     """What a recording holds for a controller; nothing if another one played.
 
@@ -49,6 +54,8 @@ def load_handover(
         identity: what the controller is now.
         condition: of the test.
         wanted: what to do where the recording alone does not say.
+        steps: how many of its first steps are learned from; None: all. What was learned at play
+            came from all of them, so it is not for a test after a part.
 
     Raises:
         ControllerError: it is unclear what to do; the message names the options.
@@ -57,6 +64,9 @@ def load_handover(
     with Recording(run) as recording:
         header = recording.header
         if not header.was_made_by(resolved(controller), identity.code_sha256, identity.class_name):
+            return NOTHING
+        if steps is not None and steps < recording.n_steps:
+            _check_learns_from_a_part(run, controller, identity, wanted)
             return NOTHING
         header.check_state_is_allowed(condition)
         state, files = recording.controller_state(), recording.controller_files()
@@ -95,6 +105,22 @@ def _check_nothing_is_lost(
             f"controller {controller}: {run} does not hold what it learned, since it has no "
             "get_state(). Play and test it in one process (realbench evaluate), define "
             "get_state() and set_state(), or test it untrained with --as-made"
+        )
+
+
+def _check_learns_from_a_part(
+    run: Path, controller: str, identity: Identity, wanted: Wanted | None
+) -> None:
+    """Refuse a part of a play to a controller that cannot learn from it, unless that is wanted."""
+    if wanted == "keep":
+        raise ControllerError(
+            f"controller {controller}: what it learned in {run} came from all of its steps: leave "
+            "out --keep-learned or --run-steps"
+        )
+    if wanted != "nothing" and not identity.learns_from_experience:
+        raise ControllerError(
+            f"controller {controller} cannot learn from a part of {run}: it has no "
+            "use_experience(). Leave out --run-steps, or test it untrained with --as-made"
         )
 
 

@@ -46,8 +46,8 @@ class TrialPlan:
         seed: each trial's own seed follows from it and the goal's number.
         trial_steps: length of a trial.
         run: the recording that the controller learns from, where there is one.
-        run_steps: how many of its first steps it learns from; None: all. With fewer it learns
-            again, since what it learned at play came from all of them.
+        run_steps: how many of its first steps it learns from; None: all. With fewer than all it
+            learns again, since what it learned at play came from all of them.
         settings: values for the controller's settings; the rest are its defaults.
         videos, pictures: folders for a film, and for a picture, of each trial.
         explanations: folder for what a controller says of each of its decisions.
@@ -89,9 +89,11 @@ class TrialPlan:
 
         Raises ControllerError if it is unclear what to do.
         """
-        if self.run is None or self.run_steps is not None:
+        if self.run is None:
             return NOTHING
-        return load_handover(self.run, self.controller, identity, self.condition, self.wanted)
+        return load_handover(
+            self.run, self.controller, identity, self.condition, self.wanted, self.run_steps
+        )
 
     def check_outputs(self) -> None:
         """Find out before any work is done whether films, pictures and explanations can be kept.

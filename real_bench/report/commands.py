@@ -34,7 +34,9 @@ def play_command(header: Header, steps: int, file: str) -> str:
     )
 
 
-def scoring_command(setting: Setting, run: str | None, goals: str | None, file: str) -> str:
+def scoring_command(
+    setting: Setting, run: str | None, goals: str | None, file: str, *, whole: bool
+) -> str:
     """The command that tests again.
 
     Args:
@@ -42,8 +44,9 @@ def scoring_command(setting: Setting, run: str | None, goals: str | None, file: 
         run: the recording that was learned from, if there is one.
         goals: the goal set's file; None: the shipped one.
         file: the result.
+        whole: whether all of the recording was learned from; False if that is unknown.
     """
-    shorter = [] if run is None else ["--run-steps", str(setting.run_steps)]
+    shorter = [] if whole else ["--run-steps", str(setting.run_steps)]
     n_trials = len(setting.goal_numbers)
     length = setting.trial_steps
     options = [

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.errors import GoalSetError, RealBenchError, ResultError
+from real_bench.errors import GoalSetError, RealBenchError, ResultError, SceneError
 from real_bench.experiments import read_spec
 from real_bench.experiments.running import Experiment
 from real_bench.experiments.table import columns, notes
@@ -16,6 +16,7 @@ from real_bench.report.page import Chart, Report, Table
 from real_bench.report.parts import ResultEntry, read_played, read_tested
 from real_bench.report.pictures import data_uri
 from real_bench.scoring.result import load_result
+from real_bench.simulation import load_scene
 
 Progress = Callable[[int, str], None]
 """Called with the number of results read, and the name of the next."""
@@ -120,6 +121,15 @@ def _missing_pictures(tests: Sequence[ResultEntry]) -> list[str]:
         if test.trials[0].goal is None:
             remarks.append(f"{test.file}: no pictures of its goals; give its goal set with --goals")
         if test.trials[0].end is None:
-            scene = test.result.setting.scene
-            remarks.append(f"{test.file}: no pictures of its ends; scene {scene} has changed")
+            remarks.append(f"{test.file}: no pictures of its ends; {_scene_fault(test)}")
     return remarks
+
+
+def _scene_fault(test: ResultEntry) -> str:
+    """Why nothing can be drawn in the scene of a result."""
+    scene = test.result.setting.scene
+    try:
+        load_scene(scene)
+    except SceneError as error:
+        return str(error)
+    return f"scene {scene} has changed"

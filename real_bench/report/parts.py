@@ -114,15 +114,18 @@ def read_tested(
     if not result.trials:
         raise ResultError(f"{path} has no trial yet")
     setting = result.setting
-    runs = [play.file for play in plays if play.sha256 == setting.run_sha256]
+    run = next((play for play in plays if play.sha256 == setting.run_sha256), None)
     known = [pair for pair in goal_sets if pair[1].sha256 == setting.goals_sha256]
-    run = runs[0] if runs else f"<recording {setting.run_sha256[:12]}>"
+    run_file = run.file if run else f"<recording {setting.run_sha256[:12]}>"
+    whole = setting.learned is not None or (run is not None and run.steps == setting.run_steps)
     goals = known[0][0] if known else f"<goals {setting.goals_sha256[:12]}>"
     headings, rows = score_columns(result)
     return ResultEntry(
         file=path.name,
         result=result,
-        command=scoring_command(setting, run if setting.run_sha256 else None, goals, path.name),
+        command=scoring_command(
+            setting, run_file if setting.run_sha256 else None, goals, path.name, whole=whole
+        ),
         headings=tuple(headings),
         rows=tuple(map(tuple, rows)),
         trials=tuple(_trials(result, known[0][1] if known else None, videos)),

@@ -15,9 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from real_bench.actions import Action
 from real_bench.errors import ActionError, ResultError
-
-MAX_TRIAL_STEPS = 100_000
-"""Steps; ten times the benchmark's. Commands of a longer trial are neither kept nor read."""
+from real_bench.lengths import MAX_TRIAL_STEPS
 
 MAX_COMMAND_SIZE = 32
 """Numbers in a command vector."""

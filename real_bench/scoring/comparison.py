@@ -11,6 +11,7 @@ import numpy as np
 from real_bench.conditions import Condition
 from real_bench.errors import ResultError
 from real_bench.scoring.metric import METRICS, SCORE, Metric
+from real_bench.scoring.one_test import check_one_test
 from real_bench.scoring.repeats import by_goal
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import Floats, Interval, goals_interval
@@ -100,8 +101,11 @@ def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
     """Compare two sets of results on the same goals; repeats are results on the same goal set.
 
     Raises:
-        ResultError: scene, number of objects, length or goals differ.
+        ResultError: scene, number of objects, length or goals differ, or one of them is not of one
+            test.
     """
+    check_one_test(a)
+    check_one_test(b)
     _check_comparable([*a, *b])
     ours, theirs = by_goal(a), by_goal(b)
     if ours.keys != theirs.keys:

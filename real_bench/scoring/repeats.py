@@ -110,10 +110,15 @@ class RepeatsSummary:
 def by_goal(results: Sequence[Result]) -> ByGoal:
     """Trials of results; results on the same goal set are repeats.
 
+    A repeat has one result on each set: those with the same seed of the test, or, where a seed
+    occurs more than once, with the same recording, too.
+
     Raises:
-        ResultError: there is none, or one of them twice, or goal sets do not have equally many
-            results, or trials.
+        ResultError: there is none, or one of them twice or without a trial, or goal sets do not
+            have results with the same seeds, or of the same goals.
     """
+    if any(not each.trials for each in results):
+        raise ResultError("a result has no trial yet: finish its test first")
     sets: dict[str, list[Result]] = {}
     tests = [
         (each.setting.goals_sha256, each.setting.seed, each.setting.run_sha256) for each in results
@@ -130,9 +135,10 @@ def by_goal(results: Sequence[Result]) -> ByGoal:
             f"each goal set needs equally many results, not {counts or 'none at all'}"
         )
     groups = [group for _, group in sorted(sets.items())]
+    _check_matched(groups)
     for group in groups:
         numbers = [[trial.goal for trial in result.trials] for result in group]
-        if any(each != numbers[0] for each in numbers) or not numbers[0]:
+        if any(each != numbers[0] for each in numbers):
             goals = group[0].setting.goals_sha256[:8]
             raise ResultError(f"results on goal set {goals} did not test the same goals")
     firsts = [
@@ -147,6 +153,25 @@ def by_goal(results: Sequence[Result]) -> ByGoal:
             tuple(trial for result in repeat for trial in result.trials) for repeat in repeats
         ),
     )
+
+
+def _check_matched(groups: Sequence[Sequence[Result]]) -> None:
+    """Check that results in the same place of sorted groups are of the same repeat."""
+    seeds = [[result.setting.seed for result in group] for group in groups]
+    if any(each != seeds[0] for each in seeds):
+        told = "; ".join(
+            f"{group[0].setting.goals_sha256[:8]}: {', '.join(map(str, numbers))}"
+            for group, numbers in zip(groups, seeds, strict=True)
+        )
+        raise ResultError(f"each goal set needs results with the same seeds, not {told}")
+    if len(set(seeds[0])) == len(seeds[0]):
+        return
+    runs = [[result.setting.run_sha256 for result in group] for group in groups]
+    if any(each != runs[0] for each in runs):
+        raise ResultError(
+            "a seed occurs more than once, and goal sets have results after different "
+            "recordings: it is unclear which belong together"
+        )
 
 
 def summarise_repeats(table: ByGoal) -> RepeatsSummary:

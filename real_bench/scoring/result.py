@@ -43,6 +43,10 @@ Line = Annotated[str, AfterValidator(_check_printable)]
 """Printed as it is, so a stranger's file must not move the cursor of a terminal."""
 
 
+Hash = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]
+"""A sha256; empty if there is nothing to hash."""
+
+
 class _Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -55,7 +59,7 @@ class Learned(_Record):
         settings: of that controller.
     """
 
-    code_sha256: str
+    code_sha256: Hash
     settings: dict[str, Any]
 
 
@@ -84,14 +88,14 @@ class Setting(_Record):
     objects: int
     object_names: tuple[Line, ...]
     scene: Line
-    scene_sha256: str
+    scene_sha256: Hash
     controller: Line
-    controller_sha256: str
+    controller_sha256: Hash
     settings: dict[str, Any] = Field(default_factory=dict)
     learned: Learned | None = None
-    run_sha256: str
+    run_sha256: Hash
     run_steps: int
-    goals_sha256: str
+    goals_sha256: Hash
     n_goals: int | None
     goal_numbers: tuple[int, ...]
     trial_steps: int
@@ -129,7 +133,7 @@ class TrialResult(_Record):
     challenge: str
     distances: tuple[float, ...]
     final_poses: tuple[Pose, ...]
-    actions_sha256: str
+    actions_sha256: Hash
     commands: Commands | None = None
 
     @model_validator(mode="after")

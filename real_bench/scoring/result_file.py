@@ -22,6 +22,10 @@ SEAL, TIMING = "seal", "timing"
 Content = dict[str, Any]
 
 
+class ForeignFileError(ResultError):
+    """A whole JSON file that is something else than a result."""
+
+
 def sealed(content: Content) -> Content:
     """A file's content with its seal, a sha256.
 
@@ -45,7 +49,8 @@ def read_content(path: Path) -> Content:
     """The content of a result file, not yet checked.
 
     Raises:
-        ResultError: it does not exist, is not a result, or was written by a newer version.
+        ResultError: it does not exist, is not a result (ForeignFileError), or was written by a
+            newer version.
     """
     try:
         with path.open("rb") as file:
@@ -54,7 +59,7 @@ def read_content(path: Path) -> Content:
             raise ValueError(f"it is larger than {MAX_FILE_BYTES:,} bytes")
         content = json.loads(text, object_pairs_hook=_unique_names)
         if not isinstance(content, dict) or content.get("format") != FORMAT:
-            raise ResultError(f"{path} is not a result of realbench")
+            raise ForeignFileError(f"{path} is not a result of realbench")
         if content.get("version") not in range(1, VERSION + 1):
             raise ResultError(
                 f"{path} has version {quoted(str(content.get('version')))}, this realbench reads "

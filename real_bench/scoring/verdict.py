@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from real_bench.counting import counted
-from real_bench.errors import ControllerError, ControllerFailedError, ResultError
+from real_bench.errors import ControllerError, ControllerFailedError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.naming import display_name
 from real_bench.physics import mixture, physics_of
@@ -15,18 +15,13 @@ from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
+from real_bench.scoring.one_test import check_one_test
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml
-
-ONE_TEST = (
-    *("controller", "condition", "control_version", "objects", "scene_sha256"),
-    *("run_steps", "trial_steps"),
-)
-"""What must agree between the results of one submission."""
 
 
 @dataclass(frozen=True)
@@ -103,13 +98,7 @@ def judge(
     Raises:
         ResultError: the results are not of one test, or the baseline is on other goals.
     """
-    for name in ONE_TEST:
-        values = sorted({str(getattr(result.setting, name)) for result in results})
-        if len(values) > 1:
-            raise ResultError(
-                f"results of different tests are never averaged: {name.replace('_', ' ')} "
-                f"{' and '.join(value[:24] for value in values)}"
-            )
+    check_one_test(results)
     summary = summarise_repeats(by_goal(results))
     checks = [
         _check_complete(results, sizes or {}, allow_part=allow_part),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from real_bench.exporting import FORMATS, Export
 from real_bench.exporting.minari import MIN_VERSION
 from real_bench.extras import MissingExtraError, extra
 from real_bench.recording import Recording
@@ -157,7 +158,7 @@ def test_minari_export_of_joint_actions_and_resized_images(
 def test_episode_written_in_pieces_equals_one_written_whole(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from real_bench.exporting import FORMATS, Export, minari
+    from real_bench.exporting import minari
 
     datasets = []
     for name, at_once in (("whole-v0", 100), ("pieces-v0", 2)):
@@ -189,6 +190,48 @@ def test_export_is_overwritten_only_on_request(place: Path, tmp_path: Path) -> N
                      "--name", "mine-v0", "--overwrite", code=1)  # fmt: skip
     assert "is not a Minari dataset, so it is not replaced" in told.stderr
     assert (other / "thesis.tex").read_text() == "years of work"
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Every file below a folder."""
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in files}
+
+
+class StopError(Exception):
+    """Somebody stops it."""
+
+
+@pytest.mark.parametrize("form", ["csv", "minari"])
+def test_export_that_fails_leaves_the_old_one(place: Path, tmp_path: Path, form: str) -> None:
+    """All of it, and nothing beside it."""
+    if form == "minari":
+        pytest.importorskip("minari", minversion=MIN_VERSION)
+    named = ("--name", "old-v0") if form == "minari" else ()
+    realbench(place, "export", "joints.h5", "--to", form, *named, "--out", tmp_path)
+    before = content(tmp_path)
+
+    def stop(done: int, total: int) -> None:
+        if done > total / 2:
+            raise StopError
+
+    with Recording(place / "my run.h5") as recording, pytest.raises(StopError):
+        FORMATS[form](Export(recording, tmp_path, name="old-v0", overwrite=True), stop)
+    assert content(tmp_path) == before
+
+
+@pytest.mark.usefixtures("with_minari")
+def test_export_that_is_refused_leaves_the_old_one(place: Path, tmp_path: Path) -> None:
+    options = ("joints.h5", "--to", "minari", "--out", tmp_path)
+    realbench(place, "export", *options)
+    before = content(tmp_path)
+    small = ("--image-size", "80x60", "--overwrite")
+    (place / "bare").mkdir()
+    realbench(place, "intrinsic", "--scene", "builtin", "--controller", "real_r", "--condition",
+              "OM", "--steps", "1000", "--out", "bare/joints.h5")  # fmt: skip
+    refused = realbench(place, "export", "bare/joints.h5", *options[1:], *small, code=1).stderr
+    assert "has no images to shrink" in refused
+    assert content(tmp_path) == before
 
 
 @pytest.mark.parametrize(

@@ -61,11 +61,21 @@ def test_score_writes_markdown_and_junit_files(folder: Path) -> None:
         ("no.json", "result not found: no.json"),
         ("none/*.json", "no result found in"),
         (".", "no result found in"),
+        ("x**.json", "x**.json is not a pattern"),
     ],
 )
 def test_missing_results_are_reported(tmp_path: Path, named: str, told: str) -> None:
     assert told in realbench(tmp_path, "score", named, code=1).stderr
     assert told in realbench(tmp_path, "compare", named, named, code=1).stderr
+
+
+def test_folder_may_hold_other_json_files_but_no_damaged_result(folder: Path) -> None:
+    (folder / "near" / "standing.json").write_text('{"status": "scored"}')
+    told = json.loads(realbench(folder, "compare", "near", "far.json", "--json").stdout)
+    assert told["n_repeats"] == [2, 1]
+    (folder / "near" / "seed2.json").write_bytes((folder / "far.json").read_bytes()[:-9])
+    refused = realbench(folder, "compare", "near", "far.json", code=1).stderr
+    assert "seed2.json cannot be read: not a result, or damaged" in refused
 
 
 TEST = ["--controller", "mine.py", "--condition", "OM", "--scene", "builtin"]

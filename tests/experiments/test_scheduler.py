@@ -57,6 +57,7 @@ def test_every_job_is_done_once_and_tests_follow_their_play(work: PendingJobs, j
     place = Rehearsal()
     standings: list[ExperimentProgress] = []
     assert JobScheduler(place, jobs).do(work, standings.append) == {}
+    assert place.stopped  # or a client of a cluster stays open
     names = [job.name for job in (*work.plays, *work.scorings)]
     assert sorted(place.done) == sorted(names)
     for job in work.scorings:

@@ -141,12 +141,17 @@ def test_result_of_a_controller_changed_since_is_refused(
         rows_of(spec, ExperimentPlan(spec))
 
 
-def test_other_goals_under_the_same_name_are_refused(drawn: Spec, builtin_scene: Scene) -> None:
-    keep(drawn)
-    other = generate_goal_set(builtin_scene, 1, seed=6, counts={"2D": 2})
-    save_goal_set(other, drawn.goal_file("few", 1))
+def test_other_goals_under_the_same_name_are_refused(
+    write_spec: WriteSpec, tmp_path: Path, builtin_scene: Scene
+) -> None:
+    path = tmp_path / "mine.npy"
+    save_goal_set(generate_goal_set(builtin_scene, 1, seed=5, counts={"2D": 2}), path)
+    spec = read_spec(write_spec(goals={"few": "mine.npy"}))
+    spec.results_folder.mkdir()
+    keep(spec)
+    save_goal_set(generate_goal_set(builtin_scene, 1, seed=6, counts={"2D": 2}), path)
     with pytest.raises(ExperimentError, match="other goals"):
-        rows_of(drawn, ExperimentPlan(drawn))
+        rows_of(spec, ExperimentPlan(spec))
 
 
 def test_every_format_holds_every_row(drawn: Spec) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import pytest
 
-from real_bench.goal_sets import save_goal_set
+from real_bench.goal_sets import load_goal_set, save_goal_set
+from real_bench.report import read_played, read_tested
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
@@ -97,3 +99,34 @@ def test_the_same_code_in_another_place_is_the_same_controller(place: Path) -> N
         (elsewhere / name).write_bytes((place / name).read_bytes())
     realbench(place, "extrinsic", "--controller", "elsewhere/learner.py", *TEST)
     assert load_result(place / "score.json").setting.learned is not None
+
+
+@pytest.mark.parametrize("options", [(), ("--run-steps", "2000")])
+def test_whole_play_hands_over_what_was_learned_however_it_is_asked_for(
+    place: Path, options: tuple[str, ...]
+) -> None:
+    realbench(place, "extrinsic", *TEST, *options)
+    result = load_result(place / "score.json")
+    assert result.setting.learned is not None
+    play = read_played(place / "run.h5")
+    goals = [("goals.npy", load_goal_set(place / "goals.npy"))]
+    command = read_tested(place / "score.json", [play], goals).command
+    assert "--run-steps" not in command
+    realbench(place, *shlex.split(command)[1:], "--overwrite")
+    assert load_result(place / "score.json") == result.model_copy(
+        update={"seconds": load_result(place / "score.json").seconds}
+    )
+
+
+def test_part_of_a_play_is_for_those_who_learn_from_recordings(place: Path) -> None:
+    part = ("--run-steps", "1000")
+    refused = realbench(place, "extrinsic", *TEST, *part, code=1).stderr
+    assert "cannot learn from a part of run.h5: it has no use_experience()" in refused
+    refused = realbench(place, "extrinsic", *TEST, *part, "--keep-learned", code=1).stderr
+    assert "came from all of its steps: leave out --keep-learned or --run-steps" in refused
+    assert not (place / "score.json").exists()
+    realbench(place, "extrinsic", *TEST, *part, "--as-made")
+    setting = load_result(place / "score.json").setting
+    assert (setting.learned, setting.run_steps) == (None, 1000)
+    play = read_played(place / "run.h5")
+    assert "--run-steps 1000 " in read_tested(place / "score.json", [play]).command

@@ -99,6 +99,18 @@ def test_missing_goal_pictures_are_reported(folder: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
+    ("scene", "told"),
+    [("mylab", "no pictures of its ends; unknown scene"), ("builtin", "scene builtin has changed")],
+)
+def test_report_says_why_there_are_no_pictures_of_ends(
+    tmp_path: Path, scene: str, told: str
+) -> None:
+    made([0.1], scene=scene).save(tmp_path / "a.json")
+    done = realbench(tmp_path, "report", "a.json")
+    assert told in done.stderr
+
+
+@pytest.mark.parametrize(
     ("files", "code", "told"),
     [
         (["run.h5", "--videos", "films"], 1, "--videos needs exactly one result, not 0"),

@@ -13,7 +13,8 @@ from pydantic import ValidationError
 
 from real_bench.actions import Action
 from real_bench.errors import ResultError
-from real_bench.scoring.commands import MAX_TRIAL_STEPS, Commands, row_type
+from real_bench.lengths import MAX_TRIAL_STEPS
+from real_bench.scoring.commands import Commands, row_type
 
 NUMBERS = st.floats(-1e6, 1e6)
 

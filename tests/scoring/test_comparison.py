@@ -82,7 +82,7 @@ def test_clearly_worse_results_are_reported_as_worse() -> None:
         (made([0.1, 0.1], scene_sha256="6" * 64), "differ in scene sha256"),
         (made([0.1, 0.1], control_version=2), "two versions of macro-actions"),
         (made([0.1, 0.1], trial_steps=20), "differ in trial steps: 10000, 20"),
-        (made([]), "did not test the same goals"),
+        (made([]), "has no trial yet"),
     ],
 )
 def test_incomparable_results_are_refused(other: Result, told: str) -> None:
@@ -117,3 +117,22 @@ def test_repeats_must_be_complete() -> None:
         by_goal([made([0.1]), made([0.2], seed=1), made([0.2], goals_sha256="7" * 64)])
     with pytest.raises(ResultError, match="none at all"):
         by_goal([])
+
+
+def test_repeats_have_one_seed_on_every_goal_set() -> None:
+    def on(goals: str, seed: int, run: str = "") -> Result:
+        return made([0.1], seed, goals_sha256=goals * 64, run_sha256=(run or str(seed)) * 64)
+
+    table = by_goal([on("b", 1), on("a", 0), on("b", 0), on("a", 1)])
+    assert table.plays == tuple(f"{run * 64} {run * 64}" for run in "01")
+    with pytest.raises(ResultError, match="the same seeds, not aaaaaaaa: 0, 1; bbbbbbbb: 1, 2"):
+        by_goal([on("a", 0), on("a", 1), on("b", 1), on("b", 2)])
+    table = by_goal([on("a", 0, "c"), on("a", 0, "d"), on("b", 0, "d"), on("b", 0, "c")])
+    assert table.plays == tuple(f"{run * 64} {run * 64}" for run in "cd")
+    with pytest.raises(ResultError, match="unclear which belong together"):
+        by_goal([on("a", 0, "c"), on("a", 0, "d"), on("b", 0, "d"), on("b", 0, "e")])
+
+
+def test_result_without_trials_is_named_as_such() -> None:
+    with pytest.raises(ResultError, match="a result has no trial yet"):
+        by_goal([made([])])

@@ -176,6 +176,13 @@ def check_tampered(result: Result, path: Path, place: tuple[Any, ...], change: C
         (SETTING, {"objects": "two"}),
         (SETTING, {"versions": None}),
         (SETTING, {"mood": "good"}),
+        *(
+            (SETTING, {name: "\x1b[2J\x1b[31mX"})
+            for name in Setting.model_fields
+            if "sha256" in name
+        ),
+        (SETTING, {"goals_sha256": "0" * 64 + "\n"}),
+        (SETTING, {"learned": {"code_sha256": "\x1b[2J", "settings": {}}}),
         (TRIAL, {"goal": 0}),
         (TRIAL, {"goal": 3}),
         (TRIAL, {"goal": -1}),

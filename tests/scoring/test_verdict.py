@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
+from typing import Any
 
 import pytest
 
 from real_bench.errors import ControllerFailedError, ResultError, SubmissionError
 from real_bench.physics import PHYSICS
+from real_bench.scoring.comparison import compare
+from real_bench.scoring.result import Learned
 from real_bench.scoring.verdict import failure, judge, junit, markdown
 from tests.scoring.bench import made
 
@@ -74,6 +77,34 @@ def test_results_of_different_tests_are_refused() -> None:
         judge([NEAR, made([0.1] * 20, controller="real_d")])
     with pytest.raises(ResultError, match="run steps"):
         judge([NEAR, made([0.1] * 20, run_steps=1000)])
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"controller": "real_d"}, "controller real_d and real_r"),
+        ({"controller_sha256": "5" * 64}, "code of the controller 2{24} and 5{24}"),
+        ({"settings": {"planner": {"depth": 9}}}, "settings planner.depth=none and"),
+        ({"condition": "IM"}, "condition IM and OM"),
+        ({"run_steps": 15_000_000}, "run steps 0 and 15000000"),
+        ({"learned": None}, "some continued from what was learned at play"),
+        ({"learned": Learned(code_sha256="7" * 64, settings={})}, "code that learned 6{24} and"),
+    ],
+)
+def test_no_side_averages_different_tests(changes: dict[str, Any], told: str) -> None:
+    """Neither what is judged nor the baseline, nor either side of a comparison."""
+    learned = Learned(code_sha256="6" * 64, settings={})
+    one, alike = (made([0.1] * 20, seed, learned=learned) for seed in (0, 1))
+    other = made([0.1] * 20, 1, **{"learned": learned, **changes})
+    assert judge([one, alike], baseline=[one, alike]).comparison
+    for mix in (
+        lambda: judge([one, other]),
+        lambda: judge([one], baseline=[one, other]),
+        lambda: compare([one, other], [one]),
+        lambda: compare([one], [one, other]),
+    ):
+        with pytest.raises(ResultError, match=f"never averaged: {told}"):
+            mix()
 
 
 @pytest.mark.parametrize(
