@@ -39,4 +39,4 @@ def compare(a: str, b: str, as_json: bool) -> None:
     if as_json:
         say(json.dumps({**comparison.to_json(), "physics": sorted(set(physics))}))
     else:
-        print_tables(comparison_table(comparison), *filter(None, [mixture(physics)]))
+        print_tables(comparison_table(comparison, ours, theirs), *filter(None, [mixture(physics)]))

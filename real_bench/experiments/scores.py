@@ -19,6 +19,7 @@ from real_bench.naming import shareable_name
 from real_bench.physics import physics_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
+from real_bench.simulation import DEFAULT_SCENE
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,9 @@ def _differences_from_published(spec: Spec, cell: Cell, classes: Sequence[str]) 
     whole = sum(OFFICIAL_COUNTS.values())
     if any(classes.count(name) * whole != n * len(classes) for name, n in OFFICIAL_COUNTS.items()):
         counts = ", ".join(f"{n} {name}" for name, n in OFFICIAL_COUNTS.items())
-        yield f"goals of other classes than {counts}"
+        yield f"goals in other proportions than {counts}"
+    if spec.scene != DEFAULT_SCENE:
+        yield f"scene {Path(spec.scene).stem} instead of {DEFAULT_SCENE}"
     if spec.play_of(cell) and spec.steps != INTRINSIC_STEPS:
         yield f"{spec.steps:,} steps of play instead of {INTRINSIC_STEPS:,}"
     if spec.trial_steps != TRIAL_STEPS:

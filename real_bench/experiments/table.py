@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from rich import box
@@ -62,11 +63,11 @@ def text_table(spec: Spec, rows: Sequence[Row]) -> Group:
     headings, shown = columns(rows)
     whole = _text_table(headings, shown)
     if _width(whole) <= MAX_TABLE_WIDTH:
-        return Group(quoted(spec.title), "", whole, "", *notes(rows))
+        return Group(quoted(spec.title), "", whole, "", *notes(spec, rows))
     first = [*KEYS, "repeats", MEAN, OVER, "published", "difference"]
     others = [heading for heading in headings if heading in KEYS or heading not in first]
     tables = [_text_table(*_select_columns(part, headings, shown)) for part in (first, others)]
-    return Group(quoted(spec.title), "", tables[0], "", tables[1], "", *notes(rows))
+    return Group(quoted(spec.title), "", tables[0], "", tables[1], "", *notes(spec, rows))
 
 
 def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
@@ -76,7 +77,7 @@ def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
     headings, shown = columns(rows)
     escaped = [(markdown(name), *numbers) for name, *numbers in shown]
     table = tabulate(escaped, headings, "github", disable_numparse=True)
-    below = "".join(f"\n{markdown(note)}  " for note in notes(rows))
+    below = "".join(f"\n{markdown(note)}  " for note in notes(spec, rows))
     return f"### {markdown(spec.title)}\n\n{table}\n{below}"
 
 
@@ -86,7 +87,9 @@ def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
 
     headings, shown = columns(rows)
     table = tabulate(shown, headings, "latex_booktabs", disable_numparse=True)
-    remarks = "".join(f"% {quoted(note, MAX_LENGTH)}\n" for note in (spec.title, *notes(rows)))
+    remarks = "".join(
+        f"% {quoted(note, MAX_LENGTH)}\n" for note in (spec.title, *notes(spec, rows))
+    )
     return remarks + table.replace("±", r"$\pm$")
 
 
@@ -128,10 +131,11 @@ def cells(row: Row) -> list[str]:
     return [*lines, *numbers, f"{_published(cell.published)}{unlike}", difference]
 
 
-def notes(rows: Sequence[Row]) -> list[str]:
+def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
     """The notes below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
     lines = [
+        _describe_task(spec),
         "; ".join(LEGEND[heading] for heading in columns(rows)[0] if heading in LEGEND),
         *(f"{row.cell.name}: {quoted(row.cell.note, MAX_LENGTH)}" for row in rows if row.cell.note),
     ]
@@ -150,6 +154,13 @@ def notes(rows: Sequence[Row]) -> list[str]:
         wanted = sum(row.n_asked for row in rows)
         lines.append(f"{missing} of {wanted} repeats are missing")
     return lines
+
+
+def _describe_task(spec: Spec) -> str:
+    scene = Path(spec.scene).stem if spec.scene.endswith((".yaml", ".yml")) else spec.scene
+    return (
+        f"scene {quoted(scene)}, {spec.steps:,} steps of play, trials of {spec.trial_steps:,} steps"
+    )
 
 
 def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:

@@ -75,7 +75,7 @@ def _table(path: Path) -> Table:
         title=experiment.spec.title,
         headings=tuple(headings),
         rows=tuple(map(tuple, shown)),
-        notes=tuple(notes(rows)),
+        notes=tuple(notes(experiment.spec, rows)),
         command=f"realbench table {path.name}",
     )
 

@@ -28,14 +28,15 @@ class MetricComparison:
         a, b: both means; these and the rest are NaN if a trial lacks the number.
         interval: of the mean difference, over goals: what to expect on other goals like these,
             after the same plays. None for one goal.
-        improvement: the probability that A is better than B on a goal, a tie counting half.
+        improvement: the probability that A is better than B on a goal, a tie counting half; None
+            where neither more nor less is better.
         improvement_interval: of that probability.
     """
 
     a: float
     b: float
     interval: Interval | None
-    improvement: float
+    improvement: float | None
     improvement_interval: Interval | None
 
     @property
@@ -132,14 +133,12 @@ def _compare_metric(
 ) -> MetricComparison:
     """Values of A and B, (n_repeats, n_goals) each."""
     mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
-    win_rates = _win_rates(a, b) if metric.higher_is_better else _win_rates(b, a)
-    return MetricComparison(
-        a=float(mean_a.mean()),
-        b=float(mean_b.mean()),
-        interval=goals_interval(mean_a - mean_b, classes),
-        improvement=float(win_rates.mean()),
-        improvement_interval=goals_interval(win_rates, classes),
-    )
+    means = float(mean_a.mean()), float(mean_b.mean())
+    interval = goals_interval(mean_a - mean_b, classes)
+    if metric.higher_is_better is None:
+        return MetricComparison(*means, interval, None, None)
+    rates = _win_rates(a, b) if metric.higher_is_better else _win_rates(b, a)
+    return MetricComparison(*means, interval, float(rates.mean()), goals_interval(rates, classes))
 
 
 def _check_comparable(results: Sequence[Result]) -> None:

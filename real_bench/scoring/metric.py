@@ -50,7 +50,7 @@ class Metric:
         of: the number, from what is kept of a trial; None if that is not enough.
         unit: of the number; empty if it has none.
         form: how it is printed.
-        higher_is_better: whether more of it is better.
+        higher_is_better: whether more of it is better; None: neither is.
         narrow: whether it has a column where room is short, as in an experiment's table.
     """
 
@@ -58,7 +58,7 @@ class Metric:
     of: Callable[[TrialResult], float | None]
     unit: str = ""
     form: str = ".3f"
-    higher_is_better: bool = True
+    higher_is_better: bool | None = True
     narrow: bool = True
 
     @property
@@ -104,7 +104,7 @@ METRICS: dict[str, Metric] = {
         "actions",
         lambda trial: None if trial.commands is None else trial.commands.n_actions,
         form=".1f",
-        higher_is_better=False,
+        higher_is_better=None,
         narrow=False,
     ),
 }

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich import box
 from rich.console import Group
 from rich.table import Table
 
 from real_bench.counting import counted
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.quoting import quoted
 from real_bench.scoring.columns import drop_empty_columns
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
-from real_bench.scoring.result import Result
+from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
+
+FEW_GOALS = 10
+MAX_SIDE_LENGTH = 300
 
 
 def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
@@ -28,14 +34,18 @@ def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
     return drop_empty_columns(["class", "goals", *metrics], rows)
 
 
-def score_table(result: Result) -> Group:
-    """What was tested, and a table of the classes of goals and the total."""
-    setting = result.setting
+def describe_test(setting: Setting) -> str:
+    """What was tested after which play."""
     objects = counted(setting.objects, "object")
     learned = f"after {setting.run_steps:,} steps of play" if setting.run_steps else "without play"
     sentence = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
     short = setting.trial_steps != TRIAL_STEPS
     length = f", trials of {setting.trial_steps:,} steps instead of {TRIAL_STEPS:,}" * short
+    return f"{sentence}, {learned}{length}"
+
+
+def score_table(result: Result) -> Group:
+    """What was tested, and a table of the classes of goals and the total."""
     table = _narrow_table()
     headings, rows = score_columns(result)
     for number, heading in enumerate(headings):
@@ -44,12 +54,16 @@ def score_table(result: Result) -> Group:
         if cells[0] == TOTAL:
             table.add_section()
         table.add_row(*cells)
-    part = [] if result.is_complete else [f"a part: only {result.share} of the set were tested"]
-    return Group(f"{sentence}, {learned}{length}", table, *part)
+    notes = _describe_part([result]) + _warn_of_few(len(result.trials))
+    return Group(describe_test(result.setting), table, *notes)
 
 
-def comparison_table(comparison: Comparison) -> Group:
-    """A and B compared in every metric, and a table of every goal."""
+def comparison_table(comparison: Comparison, a: Sequence[Result], b: Sequence[Result]) -> Group:
+    """What A and B are, a table of every goal, and both compared in every metric."""
+    sides = [
+        f"{name}: {quoted(describe_test(results[0].setting), MAX_SIDE_LENGTH)}"
+        for name, results in (("A", a), ("B", b))
+    ]
     over = interval_heading(OVER_GOALS)
     sums = _narrow_table()
     sums.add_column("metric")
@@ -65,7 +79,7 @@ def comparison_table(comparison: Comparison) -> Group:
             metric.text(found.b),
             metric.change(found.difference),
             metric.interval(found.interval),
-            f"{found.improvement:.2f}",
+            "-" if found.improvement is None else f"{found.improvement:.2f}",
             str(found.improvement_interval or "-"),
         )
     table = _narrow_table()
@@ -76,12 +90,26 @@ def comparison_table(comparison: Comparison) -> Group:
     for goal in comparison.goals:
         scores = (f"{goal.a:.3f}", f"{goal.b:.3f}", f"{goal.difference:+.3f}")
         table.add_row(goal.goals_sha256[:8], str(goal.goal), goal.challenge, *scores)
-    repeats = "A {} and B {} repeats".format(*comparison.n_repeats)
+    repeats = "A was tested {}, B {}".format(
+        *(counted(number, "time") for number in comparison.n_repeats)
+    )
     sentence = (
         f"{repeats} on the same {counted(len(comparison.goals), 'goal')}. A better: probability on "
         "a goal, a tie counts half. Intervals are for other goals like these, not for other plays."
     )
-    return Group(table, sums, sentence)
+    notes = _describe_part([*a, *b]) + _warn_of_few(len(comparison.goals))
+    return Group(*sides, table, sums, sentence, *notes)
+
+
+def _describe_part(results: Sequence[Result]) -> list[str]:
+    """A line for each share of a goal set that is not the whole."""
+    shares = dict.fromkeys(result.share for result in results if not result.is_complete)
+    return [f"a part: only {share} of the set were tested" for share in shares]
+
+
+def _warn_of_few(n_goals: int) -> list[str]:
+    few = f"only {counted(n_goals, 'goal')}: an interval over so few says little"
+    return [few] if 1 < n_goals < FEW_GOALS else []
 
 
 def _narrow_table() -> Table:

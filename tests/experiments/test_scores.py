@@ -211,7 +211,8 @@ def test_other_lengths_and_goals_than_published_are_marked(
     keep(drawn, repeat=0)
     rows = rows_of(drawn, ExperimentPlan(drawn))
     assert rows[0].unlike_published == (
-        "goals of other classes than 25 2D, 15 2.5D, 10 3D",
+        "goals in other proportions than 25 2D, 15 2.5D, 10 3D",
+        "scene builtin instead of official",
         "3,000 steps of play instead of 15,000,000",
         "trials of 2,000 steps instead of 10,000",
     )
@@ -219,6 +220,7 @@ def test_other_lengths_and_goals_than_published_are_marked(
     page = markdown_table(drawn, rows)
     assert re.search(r"\| 0\.021 ± 0\.002† +\| \+0\.\d{3}\*† +\|\n", page)
     assert "† not what was published: 3,000 steps of play instead of 15,000,000" in page
+    assert "\nscene builtin, 3,000 steps of play, trials of 2,000 steps" in page
     assert "†" not in "".join(cells(rows[1]))
 
 

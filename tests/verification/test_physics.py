@@ -217,6 +217,6 @@ def test_a_table_marks_rows_that_mix_physics() -> None:
     ]
     assert [cells_of(row)[3] for row in rows] == ["2 of 2‡", "2 of 2"]
     told = f"‡ results with different physics are mixed (3 of {'a' * 16}, 1 of {'b' * 16})"
-    assert any(note.startswith(told) for note in notes(rows))
-    assert not any("physics" in note for note in notes(rows[1:]))
+    assert any(note.startswith(told) for note in notes(spec, rows))
+    assert not any("physics" in note for note in notes(spec, rows[1:]))
     assert rows[0].to_json()["physics"] == ["a" * 16, "b" * 16]
