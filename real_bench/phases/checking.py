@@ -90,7 +90,7 @@ class ControllerCheck:
 
     def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
         if not identity.hands_over_state and identity.learns_from_experience:
-            return Finding("state", True, "learns from the recording")
+            return Finding("state", True, "learns from the recording (not tried here)")
         if not identity.hands_over_state and self.is_tested_elsewhere:
             return Finding("state", False, LOSES_ALL)
         if not identity.hands_over_state:

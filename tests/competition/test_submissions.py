@@ -70,7 +70,7 @@ def test_submission_that_forgets_its_play_fails_unless_it_need_not_play(place: P
     learning = code + "\n    def use_experience(self, experience):\n        pass\n"
     submission(place / "learning", learning)
     done = realbench(place, "submission", "check", "learning")
-    assert "ok  state     learns from the recording" in done.stdout
+    assert "ok  state     learns from the recording (not tried here)" in done.stdout
     assert "define get_state" not in realbench(place, "check", "mine").stdout
 
 
