@@ -97,10 +97,12 @@ class ControllerSource:
         """
         if not self.is_hashed:
             return ""
-        digest = hashlib.sha256(f"{self.file.name if self.file else self.module}\n".encode())
+        digest = hashlib.sha256(
+            f"{self.file.name if self.file else self.module}\n".encode(errors="surrogateescape")
+        )
         for file in self.code_files():
             name = file.name if file == self.place else file.relative_to(self.place).as_posix()
-            digest.update(f"{name}\0{file_sha256(file)}\n".encode())
+            digest.update(f"{name}\0{file_sha256(file)}\n".encode(errors="surrogateescape"))
         return digest.hexdigest()
 
     def code_files(self) -> list[Path]:

@@ -240,7 +240,8 @@ class RoundRun:
         detail = failure.detail.removeprefix(f"{job.name}: ")
         for place in (f"controller {entry.folder}: ", f"controller {entry.folder} "):
             detail = detail.replace(place, "")
-        detail = detail.replace(f"{entry.folder}/", "")
+        for folder in (entry.folder, self.home(entry)):
+            detail = detail.replace(f"{folder}/", "")
         failed = FailureRecord(
             status=STATUS_OF[failure.kind],
             detail=f"{'play' if isinstance(job, PlayJob) else 'test'}, {detail}",

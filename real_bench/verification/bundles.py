@@ -108,5 +108,5 @@ def _submission(setting: Setting, submissions: list[Path]) -> Path | None:
 def _sha256(submission: Path) -> str:
     try:
         return ControllerSource.of(str(submission)).code_sha256
-    except ControllerError:
+    except (ControllerError, OSError, UnicodeError):
         return ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -262,6 +263,14 @@ def test_leaderboard_shows_that_a_round_was_verified(place: Path) -> None:
     forge(result, lambda content: content["trials"][0].update(distances=[0.0]))
     told = realbench(place, "leaderboard", "results", "--format", "json").stdout
     assert json.loads(told)["first"]["rows"][0]["verified"] is None
+
+
+def test_submission_with_a_name_that_is_no_text_gets_a_verdict(
+    bundle: Bundle, honest: Path
+) -> None:
+    place = bundle()
+    (place / "submission" / os.fsdecode(b"\xff.py")).write_text("x = 1\n")
+    assert parts(verdict(place, honest, "--relearn", "0"))["code"] == "FAILS"
 
 
 def test_changed_recording_is_found_among_several(bundle: Bundle, honest: Path) -> None:
