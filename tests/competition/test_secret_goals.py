@@ -92,4 +92,4 @@ def test_secret_goals_stay_unpublished_until_released(place: Path, secret: str) 
     realbench(place, *run, rounds(place, **asked, released=True))
     site = ["leaderboard", "results", "--site", "site", "--overwrite"]
     assert "secret" not in realbench(place, *site).stderr
-    assert "data:image" in (place / "site" / "first-good.html").read_text()
+    assert "data:image" in (place / "site" / "first~good.html").read_text()
