@@ -32,7 +32,7 @@ def test_rows_are_empty_before_any_work(spec: Spec) -> None:
         ((), 2, None, None),
         ((), 1, None, None),
     ]
-    assert notes(rows)[-1] == "5 of 5 repeats are missing"
+    assert notes(spec, rows)[-1] == "5 of 5 repeats are missing"
 
 
 def test_row_summarises_its_repeats(drawn: Spec) -> None:
@@ -48,7 +48,7 @@ def test_row_summarises_its_repeats(drawn: Spec) -> None:
     assert row.difference == pytest.approx(scores.mean() - 0.021)
     assert (row.seeds, row.files) == ((0, 1), tuple(files))
     assert not row.is_enough
-    assert any("too few to compare" in note for note in notes([row]))
+    assert any("too few to compare" in note for note in notes(drawn, [row]))
 
 
 def test_incomplete_repeat_does_not_count(drawn: Spec) -> None:
