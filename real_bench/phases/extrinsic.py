@@ -19,6 +19,7 @@ from real_bench.phases.proxy import ControllerProxy, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
+from real_bench.quoting import quoted
 from real_bench.recording import Recording, run_versions
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 from real_bench.source import recorded_name
@@ -128,14 +129,10 @@ class ExtrinsicPhase:
             result = load_result(self.out)
         except ResultError as error:
             raise NotResumableError(str(error)) from error
-        changed = [
-            name
-            for name in Setting.model_fields
-            if name != "goal_numbers" and getattr(result.setting, name) != getattr(setting, name)
-        ]
-        if changed:
+        if changed := list(_differences(result.setting, setting)):
             raise NotResumableError(
-                f"{self.out} is of another test and cannot be resumed: {', '.join(changed)} differ"
+                f"{self.out} is of another test and cannot be resumed: {', '.join(changed)} "
+                "differ; use --overwrite, or another --out"
             )
         if not result.keeps_commands:
             raise NotResumableError(
@@ -227,3 +224,16 @@ def _make_trial_function(
     plan: TrialPlan, given: Handover
 ) -> Callable[[int], tuple[TrialResult, float]]:
     return TrialMaker(plan, given=given).make
+
+
+def _differences(then: Setting, now: Setting) -> Iterator[str]:
+    """What differs between two tests; of versions, which."""
+    for name in Setting.model_fields:
+        if name in ("goal_numbers", "versions"):
+            continue
+        if getattr(then, name) != getattr(now, name):
+            yield name
+    for name in sorted({*then.versions, *now.versions}):
+        old, new = then.versions.get(name, "none"), now.versions.get(name, "none")
+        if old != new:
+            yield f"{quoted(name)} ({quoted(old)} then, {quoted(new)} now)"

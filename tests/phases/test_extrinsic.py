@@ -13,7 +13,7 @@ import pytest
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerError, PhysicsError, RealBenchError, ResultError
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
-from real_bench.phases.extrinsic import ExtrinsicPhase
+from real_bench.phases.extrinsic import ExtrinsicPhase, _differences
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialMaker
 from real_bench.scoring.result import load_result
@@ -142,6 +142,14 @@ def test_result_of_another_test_cannot_be_resumed(
     with pytest.raises(ResultError, match=field):
         face_goals(**{**settings, **change}, resume=True)
     assert Path("score.json").read_bytes() == before
+
+
+def test_version_that_differs_is_named_when_a_test_is_resumed(face_goals: FaceGoals) -> None:
+    result = face_goals("real_r", n_trials=1)
+    versions = {**result.setting.versions, "numpy": "0.1"}
+    earlier = result.setting.model_copy(update={"versions": versions})
+    told = list(_differences(earlier, result.setting))
+    assert told == [f"numpy (0.1 then, {result.setting.versions['numpy']} now)"]
 
 
 def test_resumed_test_can_have_more_trials_but_not_fewer(face_goals: FaceGoals) -> None:
