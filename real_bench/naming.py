@@ -1,4 +1,4 @@
-"""Names of controllers."""
+"""Names of controllers and scenes."""
 
 from __future__ import annotations
 
@@ -25,6 +25,11 @@ def shareable_name(spec: str) -> str:
     """A controller's name as stored in files for others: without folders."""
     file, name = without_folder(spec)
     return f"{file}:{name}" if name else file
+
+
+def scene_name(source: str) -> str:
+    """A scene's name for others: for a manifest without the folder in which it is."""
+    return Path(source).stem if source.endswith((".yaml", ".yml")) else source
 
 
 def explores_at_random(spec: str) -> bool:

@@ -17,6 +17,7 @@ from real_bench.competition.verified import KeptVerdict
 from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.naming import scene_name
 from real_bench.quoting import markdown, quoted
 from real_bench.scoring.statistics import OVER_GOALS, OVER_PLAYS_AND_GOALS
 
@@ -39,7 +40,7 @@ class Leaderboard:
     def to_json(self) -> dict[str, Any]:
         """All of it."""
         facts = self.facts.model_dump(mode="json", exclude={"goals"})
-        facts["scene"] = _scene_name(self.facts)  # not where its file is
+        facts["scene"] = scene_name(self.facts.scene)  # not where its file is
         return {"round": facts, "rows": [row.to_json() for row in self.rows]}
 
 
@@ -195,13 +196,9 @@ def _describe_task(facts: RoundFacts) -> str:
     repeats = "once" if facts.repeats == 1 else f"{facts.repeats} times"
     goals = counted(facts.n_goals, "goal")
     return (
-        f"REAL_{facts.condition}, {objects}, scene {quoted(_scene_name(facts))}, {plays}, "
+        f"REAL_{facts.condition}, {objects}, scene {quoted(scene_name(facts.scene))}, {plays}, "
         f"{goals} of {facts.trial_steps:,} steps, each submission {repeats}"
     )
-
-
-def _scene_name(facts: RoundFacts) -> str:
-    return Path(facts.scene).stem if facts.scene.endswith((".yaml", ".yml")) else facts.scene
 
 
 def json_boards(boards: Sequence[Leaderboard]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.spec import Cell, Spec
 from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.naming import shareable_name
+from real_bench.naming import scene_name, shareable_name
 from real_bench.physics import physics_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
@@ -141,7 +141,7 @@ def _differences_from_published(spec: Spec, cell: Cell, classes: Sequence[str]) 
         counts = ", ".join(f"{n} {name}" for name, n in OFFICIAL_COUNTS.items())
         yield f"goals in other proportions than {counts}"
     if spec.scene != DEFAULT_SCENE:
-        yield f"scene {Path(spec.scene).stem} instead of {DEFAULT_SCENE}"
+        yield f"scene {scene_name(spec.scene)} instead of {DEFAULT_SCENE}"
     if spec.play_of(cell) and spec.steps != INTRINSIC_STEPS:
         yield f"{spec.steps:,} steps of play instead of {INTRINSIC_STEPS:,}"
     if spec.trial_steps != TRIAL_STEPS:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from rich import box
@@ -15,6 +14,7 @@ from rich.table import Table
 from real_bench.experiments.scores import Row
 from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.naming import scene_name
 from real_bench.physics import mixture
 from real_bench.quoting import markdown, quoted
 from real_bench.scoring.columns import ABSENT, drop_empty_columns
@@ -157,10 +157,8 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
 
 
 def _describe_task(spec: Spec) -> str:
-    scene = Path(spec.scene).stem if spec.scene.endswith((".yaml", ".yml")) else spec.scene
-    return (
-        f"scene {quoted(scene)}, {spec.steps:,} steps of play, trials of {spec.trial_steps:,} steps"
-    )
+    scene = quoted(scene_name(spec.scene))
+    return f"scene {scene}, {spec.steps:,} steps of play, trials of {spec.trial_steps:,} steps"
 
 
 def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:

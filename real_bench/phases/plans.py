@@ -212,10 +212,9 @@ def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header 
         return None, None
     try:
         with Recording(path) as recording:
-            header = recording.header
+            return path, recording.header
     except RecordingError as error:
         if run is not None or not optional:
             raise
         log.info("%s is not used: %s", path, error)
         return None, None
-    return path, header
