@@ -134,7 +134,7 @@ def _start(
     with tempfile.TemporaryFile() as options:
         if support.bubblewrap:
             # In a file, since a sandboxed process can read its sandbox's command line.
-            options.write("\0".join(bubblewrap_options(visible, site)).encode())
+            options.write(os.fsencode("\0".join(bubblewrap_options(visible, site))))
             options.seek(0)
             inherited.append(options.fileno())
             command = [support.bubblewrap, "--args", str(options.fileno()), "--", *command]

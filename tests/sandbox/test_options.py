@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -23,8 +24,9 @@ RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
 
 
 def test_commands_report_what_isolates_the_controller(tmp_path: Path, goals: GoalSet) -> None:
-    """Both phases in isolation, from the command line, with the goals beside the controller."""
+    """Both phases in isolation; beside the controller lie the goals, and a name of other bytes."""
     save_goal_set(goals, tmp_path / "goals.npy")
+    (tmp_path / os.fsdecode(b"caf\xe9.py")).touch()
     (tmp_path / "mine.py").write_text(
         "import tempfile\n"
         "from real_bench.actions import Action\n"
