@@ -58,6 +58,7 @@ class RealG(Controller):
         self._planners: list[Planner] = []  # one per object, once play is over
         self._n_left: int | None = None  # actions that a trial has left; None: at play
         self._decision: tuple[int, Choice] | None = None
+        self._acted: tuple[int, Array, Array] | None = None  # object, its row, action of a trial
         self._has_learned = False  # play is over, and everything was learned
         self.seed(0)
 
@@ -118,16 +119,23 @@ class RealG(Controller):
     def start_extrinsic_trial(self) -> None:
         """All of a trial's actions are left."""
         self._n_left = TRIAL_STEPS // self._primitive.steps
+        self._acted = None
+        for planner in self._planners:
+            planner.start_trial()
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """At play: an action that an object may follow. In a trial: the one that helps most."""
         if self._n_left is None:
             return self._explore(observation)
         self._n_left = max(0, self._n_left - 1)
-        self._decision = self._best(observation, self._n_left)
+        rows, goals = self._perception.state(observation), self._perception.goal(observation)
+        self._observe_trial(rows)
+        self._decision = self._best(rows, goals, self._n_left)
         if self._decision is None or self._decision[1].gain <= 0:
             return self._primitive.rest()
-        return self._primitive.action(self._decision[1].parameters)
+        number, choice = self._decision
+        self._acted = number, rows[number], choice.parameters
+        return self._primitive.action(choice.parameters)
 
     def explain(self) -> Explanation | None:
         """Why it chose the last action."""
@@ -151,9 +159,16 @@ class RealG(Controller):
             f"object {number}: {sentence}", facts, (self._primitive.action(choice.parameters),)
         )
 
-    def _best(self, observation: Mapping[str, Any], n_left: int) -> tuple[int, Choice] | None:
+    def _observe_trial(self, rows: Array) -> None:
+        """Show a planner what the last action of the trial did."""
+        if self._acted is not None:
+            number, before, parameters = self._acted
+            if np.isfinite(rows[number]).all():
+                self._planners[number].observe(before, rows[number], parameters)
+        self._acted = None
+
+    def _best(self, rows: Array, goals: Array, n_left: int) -> tuple[int, Choice] | None:
         """The object and the action with the largest gain."""
-        rows, goals = self._perception.state(observation), self._perception.goal(observation)
         choices = [
             (number, self._choose(number, row, goal, n_left))
             for number, (planner, row, goal) in enumerate(

@@ -69,6 +69,12 @@ class ModelPlanner:
             self._steps,
         )
 
+    def start_trial(self) -> None:
+        """Nothing to forget."""
+
+    def observe(self, before: Array, after: Array, parameters: Array) -> None:
+        """Nothing: its model is of the whole play, and a few actions change it too little."""
+
     def choose(
         self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator
     ) -> Choice:

@@ -21,8 +21,8 @@ class Choice:
 
     Attributes:
         parameters: of the action, (P,).
-        expected_distance: mean distance from the goal in the end, metres, including all later
-            actions.
+        expected_distance: from the goal in the end, metres; how later actions and risks count is
+            the planner's.
         distance_now: how far it is now.
         expected_end: where it is expected after this action, (3,).
     """
@@ -53,6 +53,12 @@ class Planner(Protocol):
             after: its rows after each.
             parameters: the actions', (n, P).
         """
+
+    def start_trial(self) -> None:
+        """Forget what was observed in the last trial."""
+
+    def observe(self, before: Array, after: Array, parameters: Array) -> None:
+        """See what its last choice did: the object's rows before and after it."""
 
     def choose(
         self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator

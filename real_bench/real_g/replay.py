@@ -1,7 +1,7 @@
 """Planning by doing again what was done, without a model: for actions of few parameters.
 
 Those of a play lie so densely that for nearly every goal one is known that would bring the object
-there, and that similar actions show whether it can be relied on.
+about there, and that similar actions show whether it can be relied on.
 """
 
 from __future__ import annotations
@@ -10,26 +10,31 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
+from real_bench.real_g.known_actions import KnownActions
 from real_bench.real_g.planner import Choice, Propose
-from real_bench.real_g.relation import Relation, rotate
+from real_bench.real_g.relation import Relation
 
 Array = NDArray[np.float64]
 
-N_SIMILAR = 5
-"""An action is expected to do what it and the actions most like it did, this many in all."""
+N_CANDIDATES = 500
+"""The actions of the play that would end nearest to the goal, if they did again what they did."""
 
-TURN_M = 0.05
-"""A radian between the directions of two actions counts as this far, when similar ones are sought.
-The other coordinates are metres."""
+N_CORRECTED = 100
+"""The best of them are tried longer and shorter, too."""
+
+CORRECTIONS_M = (-0.02, -0.012, -0.007, -0.004, -0.002, 0.002, 0.004, 0.007, 0.012, 0.02)
 
 FIELDS = ("before", "after", "parameters")
 
 
 class ReplayPlanner:
-    """The actions of a play on an object, and what they did to it.
+    """Repeats, longer or shorter, actions of the play and of the present trial.
+
+    What an action does is told by those most like it. The expected distance from the goal is their
+    mean, and their spread divided by the number of actions left: what is left can mend what goes
+    wrong.
 
     Args:
         relation: of actions to objects.
@@ -43,63 +48,68 @@ class ReplayPlanner:
     @property
     def has_learned(self) -> bool:
         """Whether it remembers any action."""
-        return len(self._parameters) > 0
+        return len(self._play) > 0
 
     def learn(self, before: Array, after: Array, parameters: Array) -> None:
         """Remember n actions, and no others."""
-        self._before, self._after, self._parameters = before[:, :3], after[:, :3], parameters
-        keys = self._keys()
-        n, k = len(keys), min(len(keys), N_SIMILAR)
-        similar = np.zeros((n, k), np.int64)
-        if n:
-            similar = scipy.spatial.cKDTree(keys).query(keys, k)[1].reshape(n, k)
-        displacement = self._after - self._before
-        flat = rotate(displacement[:, :2], -self._relation.angle(parameters))
-        self._displacements = np.column_stack([flat, displacement[:, 2]])[similar]
+        self._play = KnownActions(self._relation, before, after, parameters)
+        self.start_trial()
+
+    def start_trial(self) -> None:
+        """Forget what was done in the last trial."""
+        self._known, self._tried = self._play, np.empty((0, self._play.parameters.shape[1]))
+
+    def observe(self, before: Array, after: Array, parameters: Array) -> None:
+        """Remember until the trial ends what an action did: the same push does the same again."""
+        self._known = self._known.and_also(before, after, parameters)
+        self._tried = np.vstack([self._tried, parameters])
 
     def choose(
         self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator
     ) -> Choice:
-        """The action that leaves the object nearest to a goal, by the mean over similar ones.
-
-        Later actions are not considered, and only actions of the play.
-        """
+        """The action that is expected to leave the object nearest to a goal."""
         away = float(np.linalg.norm(row[:3] - goal))
-        parameters, ends = self.candidates(row)
-        if not len(parameters):
+        candidates = self._candidates(row, goal)
+        if not len(candidates):
             return Choice(self._relation.primitive.low, away, away, row[:3])
-        distances = np.linalg.norm(ends - goal, axis=2).mean(axis=1)
-        best = int(distances.argmin())
-        return Choice(parameters[best], float(distances[best]), away, ends[best].mean(axis=0))
-
-    def candidates(self, row: Array) -> tuple[Array, Array]:
-        """What can be done again to an object at a row: m actions' parameters, (m, P), and ends.
-
-        An action is repeated where it would begin and end at the same place relative to the object.
-        The ends, (m, k, 3), are where the object would be, had it gone as after each of k similar
-        actions.
-        """
-        primitive = self._relation.primitive
-        parameters, shift = self._parameters.copy(), row[:2] - self._before[:, :2]
-        for place in (primitive.start, primitive.end):
-            parameters[:, place] += shift
-        fits = ((parameters >= primitive.low) & (parameters <= primitive.high)).all(axis=1)
-        parameters, displacements = parameters[fits], self._displacements[fits]
-        flat = rotate(displacements[..., :2], self._relation.angle(parameters)[:, None])
-        return parameters, row[:3] + np.concatenate([flat, displacements[..., 2:]], axis=2)
+        worth = self._expected_distances(row, goal, n_left, candidates)
+        best = np.argsort(worth, kind="stable")[:N_CORRECTED]
+        corrected = self._corrected(np.vstack([candidates[best], self._tried]))
+        candidates = np.vstack([candidates[best], corrected])
+        worth = np.append(worth[best], self._expected_distances(row, goal, n_left, corrected))
+        chosen = candidates[[int(worth.argmin())]]
+        ends, weights = self._known.outcomes(row, chosen)
+        return Choice(chosen[0], float(worth.min()), away, weights[0] @ ends[0])
 
     def get_state(self) -> dict[str, Any]:
-        """What it remembers, as arrays."""
-        return dict(zip(FIELDS, (self._before, self._after, self._parameters), strict=True))
+        """What it remembers of the play, as arrays."""
+        play = self._play
+        return dict(zip(FIELDS, (play.before, play.after, play.parameters), strict=True))
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Remember it again."""
         self.learn(*(np.asarray(state[field], np.float64) for field in FIELDS))
 
-    def _keys(self) -> Array:
-        """Coordinates in which similar actions are near, (n, 5): start, length and direction."""
-        relation, parameters = self._relation, self._parameters
-        angle = relation.angle(parameters)
-        start = relation.relative(self._before, parameters)[:, relation.primitive.start]
-        length = np.linalg.norm(relation.displacement(parameters), axis=1)
-        return np.column_stack([start, length, TURN_M * np.cos(angle), TURN_M * np.sin(angle)])
+    def _candidates(self, row: Array, goal: Array) -> Array:
+        """Parameters of actions of the play that would end near the goal, (n, P)."""
+        parameters, ends = self._play.repeated(row)
+        distances = np.linalg.norm(ends - goal, axis=1)
+        return parameters[np.argsort(distances, kind="stable")[:N_CANDIDATES]]
+
+    def _corrected(self, parameters: Array) -> Array:
+        """Actions that go on a little longer, or stop before, (n, P)."""
+        primitive, displacement = self._relation.primitive, self._relation.displacement(parameters)
+        direction = displacement / np.maximum(
+            np.linalg.norm(displacement, axis=1, keepdims=True), np.finfo(float).tiny
+        )
+        corrected = np.tile(parameters, (len(CORRECTIONS_M), 1))
+        corrected[:, primitive.end] += np.kron(np.array(CORRECTIONS_M)[:, None], direction)
+        fits = ((corrected >= primitive.low) & (corrected <= primitive.high)).all(axis=1)
+        return corrected[fits]
+
+    def _expected_distances(self, row: Array, goal: Array, n_left: int, actions: Array) -> Array:
+        ends, weights = self._known.outcomes(row, actions)
+        distances = np.linalg.norm(ends - goal, axis=2)
+        means = (weights * distances).sum(axis=1)
+        spreads = np.sqrt((weights * (distances - means[:, None]) ** 2).sum(axis=1))
+        return np.asarray(means + spreads / (n_left + 1))
