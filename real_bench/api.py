@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from real_bench.errors import ResultError
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -233,6 +235,9 @@ def score(
         minimum: the lowest mean score that passes.
         baseline: results on the same goals; the others must not be worse beyond chance.
         allow_part: also pass a finished test of only a part of the goals.
+
+    Raises:
+        ResultError: there is no result, or a file is none.
     """
     from real_bench.goal_sets import shipped_sizes
     from real_bench.scoring import verdict
@@ -289,6 +294,8 @@ def _as_list(results: Results) -> list[Result]:
     several = (
         results if isinstance(results, Sequence) and not isinstance(results, str) else [results]
     )
+    if not several:
+        raise ResultError("no results were given")
     return [load_result(each) if isinstance(each, str | Path) else each for each in several]
 
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import real_bench
+from real_bench.errors import ResultError
 from real_bench.goal_sets import save_goal_set
+from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
 from tests.cli.shell import tiny_goals
 
@@ -38,6 +41,12 @@ def test_every_public_name_exists() -> None:
         assert name in dir(real_bench)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         real_bench.nothing  # noqa: B018
+
+
+@pytest.mark.parametrize("judge", [real_bench.score, lambda none: real_bench.compare(none, none)])
+def test_no_results_are_an_error(judge: Callable[[list[Result]], object]) -> None:
+    with pytest.raises(ResultError, match="no results"):
+        judge([])
 
 
 def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:

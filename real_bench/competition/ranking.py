@@ -10,6 +10,7 @@ from typing import Any
 from real_bench.competition.round_file import RoundFacts, result_name
 from real_bench.competition.standing import SCORED, WAITING, Standing
 from real_bench.competition.verified import KeptVerdict, load_verified
+from real_bench.errors import ResultError
 from real_bench.files import file_sha256
 from real_bench.scoring.comparison import MetricComparison, compare
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
@@ -125,10 +126,12 @@ def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
     files = tuple(sorted(home.glob("*[0-9].json")))
     if facts.seeds:
         files = tuple(home / result_name(seed) for seed in facts.seeds)
-    results = tuple(load_result(file) for file in files if file.exists())
+    try:
+        results = tuple(load_result(file) for file in files if file.exists())
+    except ResultError as error:
+        return _waiting(home, standing, str(error).replace(f"{home}/", ""))
     if not results or len(results) < len(files) or not all(map(facts.includes, results)):
-        changes = {"status": WAITING, "detail": "it was not tested in this round as it is now"}
-        return Row(standing.model_copy(update=changes), home)
+        return _waiting(home, standing, "it was not tested in this round as it is now")
     return Row(
         standing,
         home,
@@ -137,3 +140,7 @@ def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
         summarise_repeats(by_goal(results)),
         load_verified(home, [file_sha256(file) for file in files]),
     )
+
+
+def _waiting(home: Path, standing: Standing, detail: str) -> Row:
+    return Row(standing.model_copy(update={"status": WAITING, "detail": detail}), home)

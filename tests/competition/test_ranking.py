@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from real_bench.competition.leaderboard import Leaderboard, notes
-from real_bench.competition.ranking import Row, ranked
+from real_bench.competition.ranking import Row, ranked, read_rows
 from real_bench.competition.round_file import RoundFacts
 from real_bench.competition.standing import Standing, Status
 from real_bench.scoring.comparison import compare
@@ -77,6 +77,18 @@ FACTS = RoundFacts(
     hidden=False,
     commitment="",
 )
+
+
+def test_damaged_result_leaves_the_others_on_the_board(tmp_path: Path) -> None:
+    for key in ("first", "damaged"):
+        (tmp_path / key).mkdir()
+        row(key, [0.1]).standing.save(tmp_path / key)
+        (tmp_path / key / "score1.json").write_text("{")
+    FACTS.save(tmp_path)
+    rows = {each.standing.key: each.standing for each in read_rows(tmp_path, FACTS)}
+    assert {standing.status for standing in rows.values()} == {"waiting"}
+    assert "score1.json" in rows["damaged"].detail
+    assert str(tmp_path) not in rows["damaged"].detail
 
 
 @pytest.mark.parametrize(("status", "counts"), [("waiting", False), ("refused", True)])
