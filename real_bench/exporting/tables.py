@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 ROWS_AT_ONCE = 50_000
 FACTS = "recording.json"
+POSES = "object_poses"
+"""The table that not every recording has."""
 
 Rows = NDArray[Any]
 Writer = Callable[[Rows], None]
@@ -56,7 +58,7 @@ def tables_of(recording: Recording) -> dict[str, tuple[int, Callable[[int], Rows
     }
     if poses is not None:
         rows = to_columns(poses, pose_type(recording.header.object_names))
-        tables["object_poses"] = (len(rows), part_of(rows))
+        tables[POSES] = (len(rows), part_of(rows))
     return tables
 
 
@@ -67,7 +69,7 @@ def _save(
     opened: Callable[[Path, np.dtype[Any]], AbstractContextManager[Writer]],
 ) -> str:
     tables = tables_of(export.recording)
-    paths = {name: export.folder / f"{name}.{suffix}" for name in tables}
+    paths = {name: export.folder / f"{name}.{suffix}" for name in (*tables, POSES)}
     check_folder(export.folder, make=True)
     for path in (*paths.values(), export.folder / FACTS):
         check_output(path, overwrite=export.overwrite)
@@ -84,6 +86,8 @@ def _save(
             done += count
         hidden = all_at_once.enter_context(atomic_replacement(export.folder / FACTS))
         hidden.write_text(facts + "\n", encoding="utf-8")
+    if POSES not in tables:  # of another recording, exported before
+        paths[POSES].unlink(missing_ok=True)
     return f"{len(tables)} tables and {FACTS} in {export.folder}"
 
 

@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -218,6 +219,20 @@ def test_export_that_fails_leaves_the_old_one(place: Path, tmp_path: Path, form:
     with Recording(place / "my run.h5") as recording, pytest.raises(StopError):
         FORMATS[form](Export(recording, tmp_path, name="old-v0", overwrite=True), stop)
     assert content(tmp_path) == before
+
+
+def test_positions_of_another_recording_do_not_stay(place: Path, tmp_path: Path) -> None:
+    shutil.copy(place / "joints.h5", tmp_path / "excerpt.h5")
+    with h5py.File(tmp_path / "excerpt.h5", "r+") as file:
+        del file["ground_truth"]
+        file.attrs["excerpt"] = True
+    out = ("--out", tmp_path / "tables")
+    realbench(place, "export", "my run.h5", *out)
+    realbench(tmp_path, "export", "excerpt.h5", *out, "--overwrite")
+    assert set(content(tmp_path / "tables")) == {
+        *(f"{table}.csv" for table in TABLES if table != "object_poses"),
+        "recording.json",
+    }
 
 
 @pytest.mark.usefixtures("with_minari")
