@@ -190,18 +190,24 @@ class RealG(Controller):
         if self._play.lesson_due(n) > self._play.n_learned:
             self._learn(self._play.lesson_due(n))
         if self._wander is not None and self._n_idle >= MAX_IDLE:
-            self._parameters.append(np.full(len(self._primitive.low), np.nan))
-            self._preconditions.append(self._n_seen - 1)
-            return self._wander(self._random)
-        rows = self._perception.rows(self._n_seen - 1)
-        if np.isnan(rows[0]).all():  # nothing is seen, or nothing known to look for
-            parameters = self._babbling.next_parameters(self._random)
+            parameters, action = self._unknown, self._wander(self._random)
         else:
-            parameters = self._play.next_parameters(rows[0], self._random)
+            parameters = self._next_parameters(self._perception.rows(self._n_seen - 1)[0])
+            self._perception.act(self._primitive.path(parameters))
+            action = self._primitive.action(parameters)
         self._parameters.append(parameters)
         self._preconditions.append(self._n_seen - 1)
-        self._perception.act(self._primitive.path(parameters))
-        return self._primitive.action(parameters)
+        return action
+
+    def _next_parameters(self, rows: Array) -> Array:
+        if np.isnan(rows).all():  # nothing is seen, or nothing known to look for
+            return self._babbling.next_parameters(self._random)
+        return self._play.next_parameters(rows, self._random)
+
+    @property
+    def _unknown(self) -> Array:
+        """The parameters of an action that is not of the primitive's form."""
+        return np.full(len(self._primitive.low), np.nan)
 
     def _begin(self, seed: int) -> None:
         """Begin with an empty memory; the seed is of all that is learned."""
@@ -260,10 +266,9 @@ class RealG(Controller):
         """Remember a whole play, and the goals that follow from it."""
         self._begin(self._seed)
         primitive = self._primitive
-        unknown = np.full(len(primitive.low), np.nan)
         for number in range(len(experience)):
             parameters = primitive.parameters(experience.action(number))
-            self._parameters.append(unknown if parameters is None else parameters)
+            self._parameters.append(self._unknown if parameters is None else parameters)
         self._preconditions = experience.preconditions.tolist()
         self._outcomes = experience.outcomes.tolist()
         self._n_seen = experience.n_states
