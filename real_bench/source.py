@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -207,12 +208,12 @@ def submission_folder(spec: str) -> Path | None:
 
 def is_installed(spec: str) -> bool:
     """Whether it is the name of an installed controller: code that the user trusts already."""
-    return any(offer.name == spec for offer in entry_points(group=GROUP))
+    return spec in _offers()
 
 
 def installed(name: str) -> EntryPoint:
     """Where an installed controller is; raises ControllerError if there is none of that name."""
-    offers = {offer.name: offer for offer in entry_points(group=GROUP)}
+    offers = _offers()
     if name not in offers:
         raise ControllerError(
             f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
@@ -220,6 +221,24 @@ def installed(name: str) -> EntryPoint:
             f"{did_you_mean(name, offers)}"
         )
     return offers[name]
+
+
+def _offers() -> dict[str, EntryPoint]:
+    """Installed controllers, by name."""
+    return _offers_at(tuple((folder, _changed_at(Path(folder))) for folder in sys.path))
+
+
+def _changed_at(folder: Path) -> int:
+    try:
+        return folder.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
+@lru_cache(maxsize=1)
+def _offers_at(folders: tuple[tuple[str, int], ...]) -> dict[str, EntryPoint]:
+    """The same, from the metadata of every package; read anew once a folder has changed."""
+    return {offer.name: offer for offer in entry_points(group=GROUP)}
 
 
 def has_code_hash(source: ControllerSource, sha256: str) -> bool:

@@ -51,3 +51,11 @@ class Page:
     def command(self, name: str) -> str:
         """The first command of a name."""
         return next(each for each in self.commands() if each.startswith(f"realbench {name} "))
+
+
+def table_of_results() -> str:
+    """The table in the page of results, in Markdown."""
+    text = Page(ROOT / "docs" / "results.md").text
+    shown = re.search(r"<!-- table -->\n(.*?)\n<!-- end of table -->", text, re.DOTALL)
+    assert shown is not None
+    return shown[1].strip()

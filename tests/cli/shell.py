@@ -8,12 +8,13 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from functools import cache
 from pathlib import Path
 
 from real_bench.goal_sets import GoalSet, generate_goal_set
 from real_bench.simulation import Scene
-from tests.recording.bench import PATIENCE_S
+from tests.recording.bench import PATIENCE_S, wait_until
 
 COMMAND = Path(sys.executable).with_name("realbench")
 IMPORTED = [
@@ -63,6 +64,22 @@ def realbench(
         )
     assert done.returncode == code, done.stdout + done.stderr
     return done
+
+
+def killed_at_work(folder: Path, *arguments: str | Path, results: Path, pause_s: float) -> bool:
+    """Kill realbench a moment after a recording or a result has come; False: it ended before."""
+
+    def n_files() -> int:
+        return len([*results.rglob("[!.]*.h5"), *results.rglob("*seed*.json")])
+
+    before, nothing = n_files(), subprocess.DEVNULL
+    command = [str(COMMAND), *map(str, arguments)]
+    with subprocess.Popen(command, cwd=folder, stdout=nothing, stderr=nothing) as process:
+        wait_until(lambda: n_files() > before or process.poll() is not None)
+        time.sleep(pause_s)
+        at_work = process.poll() is None
+        process.kill()
+    return at_work
 
 
 def _called(

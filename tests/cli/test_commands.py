@@ -154,7 +154,8 @@ def test_evaluate_runs_both_phases(workplace: Path) -> None:
     (workplace / "pusher.py").write_text(CLASS_API)
     arguments = ["evaluate", "--controller", "pusher.py", "--condition", "OM"]
     arguments += ["--scene", "builtin", "--steps", "2000", "--goals", "goals.npy", "--trials", "1"]
-    done = realbench(workplace, *arguments, "--run", "both.h5", "--out", "both.json")
+    arguments += ["--trial-steps", "1000", "--run", "both.h5", "--out", "both.json"]
+    done = realbench(workplace, *arguments)
     assert "total" in done.stdout
 
 
@@ -174,7 +175,7 @@ def test_default_recording_that_does_not_fit_is_ignored(
     save_goal_set(tiny_goals(builtin_scene, n_objects=2), workplace / "two.npy")
     arguments = ["--controller", "real_r", "--condition", "OM", "--objects", "2"]
     arguments += ["--scene", "builtin", "--goals", "two.npy", "--out", "two.json", "--trials", "1"]
-    done = realbench(workplace, "extrinsic", *arguments)
+    done = realbench(workplace, "extrinsic", *arguments, "--trial-steps", "500")
     assert "run.h5 is not used: it has 1 object, not 2" in done.stderr
     assert json.loads((workplace / "two.json").read_text())["setting"]["run_steps"] == 0
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from real_bench.cli import progress
-from tests.cli.shell import realbench, write_controller
+from real_bench.goal_sets import save_goal_set
+from real_bench.simulation import Scene
+from tests.cli.shell import realbench, tiny_goals, write_controller
 
 PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM", "--steps", "2000")
 LEARNS = (
@@ -53,11 +55,10 @@ def test_log_shows_what_a_controller_is_busy_with(
 
 
 @pytest.fixture
-def learner(tmp_path: Path) -> Path:
+def learner(tmp_path: Path, builtin_scene: Scene) -> Path:
     """The folder of a controller that learns for three seconds."""
     write_controller(tmp_path / "learner.py", *LEARNS)
-    goals = ("goals", "generate", "--scene", "builtin", "--2d", "2", "--25d", "0", "--3d", "0")
-    realbench(tmp_path, *goals)
+    save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
     return tmp_path
 
 
@@ -70,7 +71,7 @@ def test_terminal_shows_learning_in_play_and_tests(
     assert "learning, 0:02" in realbench(learner, *play).stderr
     for jobs in ("1", "2"):
         test = ("extrinsic", "--goals", "goals.npy", "--jobs", jobs, "--overwrite")
-        assert "learning, 0:01" in realbench(learner, *test).stderr
+        assert "learning, 0:01" in realbench(learner, *test, "--trial-steps", "500").stderr
 
 
 def test_table_shows_which_controllers_are_learning(

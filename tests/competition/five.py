@@ -11,8 +11,8 @@ from real_bench.competition.template import CONTROLLER
 ROUND: dict[str, Any] = {
     "condition": "OM",
     "goals": "goals.npy",
-    "steps": 6000,
-    "trial_steps": 3000,
+    "steps": 3000,
+    "trial_steps": 1500,
     "limits": {"memory_gib": 4, "call_s": 12, "total_s": 120},
 }
 

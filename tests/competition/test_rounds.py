@@ -5,8 +5,6 @@ import os
 import random
 import re
 import shutil
-import subprocess
-import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -18,7 +16,7 @@ import pytest
 from real_bench.competition.entries import Entry, read_entries
 from real_bench.scoring.result import load_result
 from real_bench.submissions.packing import pack
-from tests.cli.shell import COMMAND, realbench
+from tests.cli.shell import killed_at_work, realbench
 from tests.competition.five import CRASHING, GOOD, MEMORY, ROUND, derived, rounds, submission
 
 
@@ -40,25 +38,17 @@ def test_killed_round_resumes_to_the_same_standings(place: Path) -> None:
     submissions = place / "submissions"
     submission(submissions / "good", GOOD)
     submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
-    path = rounds(place, repeats=2)
+    path = rounds(place, repeats=2, trial_steps=1000)
     run = ["round", "run", "submissions", path, "--jobs", "2"]
     realbench(place, *run)
     undisturbed = without_times(rows_of(place))
     (place / "results").rename(place / "kept")
     moments = random.Random(3)
-    n_killed = 0
-    for _ in range(3):
-        process = subprocess.Popen(
-            [str(COMMAND), *map(str, run)],
-            cwd=place,
-            stderr=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-        )
-        time.sleep(moments.uniform(3, 16))
-        n_killed += process.poll() is None
-        process.kill()
-        process.wait()
-    assert n_killed
+    killed = [
+        killed_at_work(place, *run, results=place / "results", pause_s=moments.uniform(0, 0.5))
+        for _ in range(3)
+    ]
+    assert any(killed)
     realbench(place, *run)
     assert without_times(rows_of(place)) == undisturbed
     assert undisturbed["good"]["rank"] == 1

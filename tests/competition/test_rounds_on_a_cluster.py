@@ -26,7 +26,7 @@ def test_round_on_a_cluster_gives_the_same_statuses(place: Path, cluster: DaskCl
     crashing = derived(CRASHING)
     submission(place / "submissions" / "crashing", crashing, entry="controller.py:Crashing")
     submission(place / "submissions" / "missing", "import nobody_has_it\n" + GOOD)
-    cluster.add_worker()
+    cluster.add_workers(1)
     path = rounds(place, play="none", trial_steps=800)
     realbench(place, "round", "run", "submissions", path, "--scheduler", cluster.address)
     told = realbench(place, "leaderboard", "results", "--format", "json").stdout

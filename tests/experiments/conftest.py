@@ -1,7 +1,11 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,15 +13,15 @@ import pytest
 
 from real_bench.experiments import Spec, read_spec
 from real_bench.experiments.plan import ExperimentPlan
-from real_bench.simulation import Scene
+from tests.cli.shell import realbench
 from tests.scoring.bench import made
 
 TINY: dict[str, Any] = {
     "title": "tiny",
     "results": "results",
     "scene": "builtin",
-    "steps": 3000,
-    "trial_steps": 2000,
+    "steps": 2000,
+    "trial_steps": 500,
     "repeats": 2,
     "goals": {"few": {"seed": 5, "counts": {"2D": 2}}},
     "plays": {"random": {"controller": "real_r", "condition": "OM"}},
@@ -37,16 +41,43 @@ TINY: dict[str, Any] = {
 WriteSpec = Callable[..., Path]
 
 
+def spec_in(folder: Path, **changes: Any) -> Path:
+    """The file of the tiny experiment, with some fields changed."""
+    path = folder / "tiny.yaml"
+    path.write_text(json.dumps({**TINY, **changes}))  # JSON is YAML
+    return path
+
+
 @pytest.fixture
 def write_spec(tmp_path: Path) -> WriteSpec:
     """Write the tiny experiment, with some fields changed."""
+    return partial(spec_in, tmp_path)
 
-    def write_spec(**changes: Any) -> Path:
-        path = tmp_path / "tiny.yaml"
-        path.write_text(json.dumps({**TINY, **changes}))  # JSON is YAML
-        return path
 
-    return write_spec
+@dataclass(frozen=True)
+class Finished:
+    """The tiny experiment, run by the real command to its end: for reading only."""
+
+    path: Path
+    stdout: str
+    stderr: str
+
+    def print(self, *options: str) -> subprocess.CompletedProcess[str]:
+        """Its table once more."""
+        return realbench(self.path.parent, "table", self.path, *options)
+
+    @property
+    def table(self) -> Any:
+        """What every other run of it must give."""
+        return json.loads(self.print("--json").stdout)
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    folder = tmp_path_factory.mktemp("finished")
+    path = spec_in(folder)
+    done = realbench(folder, "table", path, "--jobs", "2")
+    return Finished(path, done.stdout, done.stderr)
 
 
 @pytest.fixture
@@ -63,11 +94,19 @@ SAME = (
 """What a job and its result say alike."""
 
 
-@pytest.fixture
-def drawn(spec: Spec, builtin_scene: Scene) -> Spec:
-    """The tiny experiment with its goals drawn."""
+@pytest.fixture(scope="session")
+def drawn_goals(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the goals that the tiny experiment draws."""
+    spec = read_spec(spec_in(tmp_path_factory.mktemp("drawn")))
     spec.results_folder.mkdir()
     list(ExperimentPlan(spec).draw_goals())
+    return spec.results_folder
+
+
+@pytest.fixture
+def drawn(spec: Spec, drawn_goals: Path) -> Spec:
+    """The tiny experiment with its goals drawn."""
+    shutil.copytree(drawn_goals, spec.results_folder)
     return spec
 
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,8 +19,8 @@ from real_bench.experiments import Spec
 from real_bench.experiments import cluster as clusters
 from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.scheduler import ExperimentProgress, JobScheduler
-from tests.cli.shell import COMMAND, heed_ctrl_c, realbench
-from tests.experiments.conftest import WriteSpec
+from tests.cli.shell import COMMAND, heed_ctrl_c
+from tests.experiments.conftest import Finished, WriteSpec
 
 pytest.importorskip("distributed", reason="the extra real-bench[cluster] is not installed")
 SECONDS = 120
@@ -35,12 +36,17 @@ class DaskCluster:
         self.address = self._told(log, r"Scheduler at:\s+(tcp://\S+)")
         self.workers: list[subprocess.Popen[bytes]] = []
 
-    def add_worker(self) -> None:
-        number = len(self.workers)
-        log = self._folder / f"worker-{number}.log"
+    def add_workers(self, n: int) -> None:
+        logs = [self._folder / f"worker-{number}.log" for number in range(n)]
         options = ["--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder)]
-        self.workers.append(self._start(["worker", self.address, *options], log))
-        self._told(log, r"Registered to:\s+(\S+)")
+        for log in logs:
+            self.workers.append(self._start(["worker", self.address, *options], log))
+        for log in logs:
+            self._told(log, r"Registered to:\s+(\S+)")
+
+    def busy_workers(self) -> list[subprocess.Popen[bytes]]:
+        """Those that do a job now, in a process of its own."""
+        return [worker for worker in self.workers if _children(worker.pid)]
 
     def _start(self, arguments: list[str], log: Path) -> subprocess.Popen[bytes]:
         dask = Path(sys.executable).with_name("dask")
@@ -67,23 +73,50 @@ def cluster(tmp_path: Path) -> Iterator[DaskCluster]:
         yield DaskCluster(tmp_path, stack)
 
 
-def test_killed_worker_does_not_change_the_results(
-    cluster: DaskCluster, write_spec: WriteSpec, tmp_path: Path
+@pytest.fixture(scope="module")
+def two_workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
+    """A cluster of two workers, of which a test may kill one."""
+    with ExitStack() as stack:
+        cluster = DaskCluster(tmp_path_factory.mktemp("cluster"), stack)
+        cluster.add_workers(2)
+        yield cluster
+
+
+def test_ctrl_c_leaves_no_process_on_the_cluster(
+    two_workers: DaskCluster, write_spec: WriteSpec
 ) -> None:
-    here = json.loads(realbench(tmp_path, "table", write_spec(), "--json").stdout)
-    cluster.add_worker()
-    cluster.add_worker()
-    path = write_spec(results="there")
-    command = [str(COMMAND), "table", str(path), "--scheduler", cluster.address, "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    victim = cluster.workers[0]
-    _until(lambda: _children(victim.pid))
+    path = write_spec(steps=100_000_000)
+    process = subprocess.Popen(
+        [str(COMMAND), "table", str(path), "--scheduler", two_workers.address],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heed_ctrl_c,
+    )
+    _until(two_workers.busy_workers)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=SECONDS)
+    assert process.returncode == 130, told
+    assert "repeat the command to continue" in told
+    _until(lambda: not two_workers.busy_workers())
+
+
+def test_killed_worker_does_not_change_the_results(
+    two_workers: DaskCluster, finished: Finished, write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    command = [str(COMMAND), "table", str(write_spec()), "--json"]
+    process = subprocess.Popen(
+        [*command, "--scheduler", two_workers.address],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    (victim, *_) = _until(two_workers.busy_workers)
     os.kill(victim.pid, signal.SIGKILL)
     there, told = process.communicate(timeout=300)
     assert process.returncode == 0, told
-    assert json.loads(there) == here
+    assert json.loads(there) == finished.table
     # results come back whole, and nothing else is left in the folder
-    names = {path.name for path in (tmp_path / "there").iterdir()}
+    names = {path.name for path in (tmp_path / "results").iterdir()}
     assert {name for name in names if name.endswith(".h5")} == {
         "random-1-seed0.h5",
         "random-1-seed1.h5",
@@ -91,31 +124,13 @@ def test_killed_worker_does_not_change_the_results(
     assert not {name for name in names if name.startswith(".")}
 
 
-def test_ctrl_c_leaves_no_process_on_the_cluster(
-    cluster: DaskCluster, write_spec: WriteSpec, tmp_path: Path
-) -> None:
-    cluster.add_worker()
-    path = write_spec(steps=100_000_000)
-    process = subprocess.Popen(
-        [str(COMMAND), "table", str(path), "--scheduler", cluster.address],
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=heed_ctrl_c,
-    )
-    _until(lambda: _children(cluster.workers[0].pid))
-    process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=SECONDS)
-    assert process.returncode == 130, told
-    assert "repeat the command to continue" in told
-    _until(lambda: not _children(cluster.workers[0].pid))
-
-
-def _until(ask: Callable[[], object]) -> None:
-    """Wait until something is so, for a generous while."""
+def _until(ask: Callable[[], Any]) -> Any:
+    """Wait until something is so, for a generous while; gives the answer."""
     end = time.monotonic() + SECONDS
-    while not ask():
+    while not (answer := ask()):
         assert time.monotonic() < end
         time.sleep(0.02)
+    return answer
 
 
 def _children(pid: int) -> list[int]:

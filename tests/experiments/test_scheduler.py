@@ -121,4 +121,4 @@ def test_plays_shared_by_cells_are_made_once(work: PendingJobs, tmp_path: Path) 
     assert len(work.scorings) == 5
     assert work.scorings[0].run == work.scorings[2].run == tmp_path / "results/random-1-seed0.h5"
     assert work.scorings[4].run is None
-    assert work.n_steps == 2 * 3000 + 5 * 2 * 2000
+    assert work.n_steps == 2 * 2000 + 5 * 2 * 500

@@ -79,8 +79,8 @@ def test_play_that_no_test_needs_is_not_made(drawn: Spec) -> None:
         ({"controller": "real_t"}, "controller real_t, not real_r"),
         ({"scene": "official"}, "scene official, not builtin"),
         ({"seed": 7}, "seed 7, not 0"),
-        ({"trial_steps": 10_000}, "trial steps 10000, not 2000"),
-        ({"run_steps": 15_000_000}, "run steps 15000000, not 3000"),
+        ({"trial_steps": 10_000}, "trial steps 10000, not 500"),
+        ({"run_steps": 15_000_000}, "run steps 15000000, not 2000"),
         ({"n_goals": 3}, "3 goals, not 2"),
         ({"goals_sha256": "9" * 64}, r"other goals than goals-few-1\.npy"),
     ],
@@ -176,11 +176,11 @@ def test_every_format_holds_every_row(drawn: Spec) -> None:
 def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
     job = ExperimentPlan(drawn).pending().plays[0]
     phase = IntrinsicPhase(
-        "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 3000, 0, job.out
+        "real_r", Condition.parse("OM"), 1, load_scene("builtin"), 2000, 0, job.out
     )
     header = phase._header(LocalBackend().identity("real_r", {}))
     camera = phase.scene.manifest.camera
-    with Recorder.begin(job.out, header, 4, 3000, camera, overwrite=False):
+    with Recorder.begin(job.out, header, 4, 2000, camera, overwrite=False):
         assert state_of(job) == JobState("unfinished")
     assert job.name in [play.name for play in ExperimentPlan(drawn).pending().plays]
 
@@ -188,7 +188,7 @@ def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"steps": 2000}, "steps 3000, not 2000"),
+        ({"steps": 3000}, "steps 2000, not 3000"),
         ({"seed": 1}, "does not belong here: seed"),
     ],
 )
@@ -197,7 +197,7 @@ def test_a_play_of_another_experiment_is_refused(
 ) -> None:
     plan = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
     out = ExperimentPlan(drawn).pending().plays[0].out
-    realbench(drawn.folder, "intrinsic", *plan, "--steps", "3000", "--out", out)
+    realbench(drawn.folder, "intrinsic", *plan, "--steps", "2000", "--out", out)
     other = read_spec(write_spec(**changes))
     if "seed" in changes:
         out.rename(out.with_name("random-1-seed1.h5"))
@@ -213,14 +213,14 @@ def test_other_lengths_and_goals_than_published_are_marked(
     assert rows[0].unlike_published == (
         "goals in other proportions than 25 2D, 15 2.5D, 10 3D",
         "scene builtin instead of official",
-        "3,000 steps of play instead of 15,000,000",
-        "trials of 2,000 steps instead of 10,000",
+        "2,000 steps of play instead of 15,000,000",
+        "trials of 500 steps instead of 10,000",
     )
     assert rows[1].unlike_published == ()  # there is nothing published beside it
     page = markdown_table(drawn, rows)
     assert re.search(r"\| 0\.021 ± 0\.002† +\| \+0\.\d{3}\*† +\|\n", page)
-    assert "† not what was published: 3,000 steps of play instead of 15,000,000" in page
-    assert "\nscene builtin, 3,000 steps of play, trials of 2,000 steps" in page
+    assert "† not what was published: 2,000 steps of play instead of 15,000,000" in page
+    assert "\nscene builtin, 2,000 steps of play, trials of 500 steps" in page
     assert "†" not in "".join(cells(rows[1]))
 
 

@@ -4,57 +4,59 @@ import json
 import random
 import signal
 import subprocess
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from real_bench.goal_sets import shipped_goal_set
-from tests.cli.shell import COMMAND, TOUCHES, heed_ctrl_c, realbench, write_controller
-from tests.experiments.conftest import WriteSpec
+from tests.cli.shell import (
+    COMMAND,
+    TOUCHES,
+    heed_ctrl_c,
+    killed_at_work,
+    realbench,
+    write_controller,
+)
+from tests.experiments.conftest import Finished, WriteSpec
+from tests.recording.bench import wait_for
 
 
-def test_finished_table_is_printed_again_without_work(
-    write_spec: WriteSpec, tmp_path: Path
-) -> None:
-    path = write_spec()
-    done = realbench(tmp_path, "table", path, "--jobs", "2")
-    assert "to run: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
-    assert "2 of 2" in done.stdout
-    again = realbench(tmp_path, "table", path)
-    assert again.stdout == done.stdout
+def test_finished_table_is_printed_again_without_work(finished: Finished) -> None:
+    assert "to run: 2 plays and 5 tests, 9,000 steps in total" in finished.stderr
+    assert "2 of 2" in finished.stdout
+    again = finished.print()
+    assert again.stdout == finished.stdout
     assert "to run" not in again.stderr
-    markdown = realbench(tmp_path, "table", path, "--format", "markdown").stdout
-    assert markdown.startswith("### tiny\n")
-    assert r"\begin{tabular}" in realbench(tmp_path, "table", path, "--format", "latex").stdout
-    assert len(json.loads(realbench(tmp_path, "table", path, "--json").stdout)["rows"]) == 3
+    assert finished.print("--format", "markdown").stdout.startswith("### tiny\n")
+    assert r"\begin{tabular}" in finished.print("--format", "latex").stdout
+    assert len(finished.table["rows"]) == 3
 
 
 def test_spec_with_run_false_starts_nothing(write_spec: WriteSpec, tmp_path: Path) -> None:
     path = write_spec(run=False)
     done = realbench(tmp_path, "table", path)
-    assert "missing: 2 plays and 5 tests, 26,000 steps in total" in done.stderr
+    assert "missing: 2 plays and 5 tests, 9,000 steps in total" in done.stderr
     assert "5 of 5 repeats are missing" in done.stdout
     assert not (tmp_path / "results").exists()
 
 
-def test_killed_table_resumes_to_the_same_table(write_spec: WriteSpec, tmp_path: Path) -> None:
+def test_killed_table_resumes_to_the_same_table(
+    finished: Finished, write_spec: WriteSpec, tmp_path: Path
+) -> None:
     path = write_spec()
-    undisturbed = json.loads(realbench(tmp_path, "table", path, "--json").stdout)
-    path = write_spec(results="killed")
     moments = random.Random(7)
-    n_killed = 0
-    for _ in range(3):
-        process = subprocess.Popen(
-            [str(COMMAND), "table", str(path)], stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
+    killed = [
+        killed_at_work(
+            tmp_path,
+            *("table", path),
+            results=tmp_path / "results",
+            pause_s=moments.uniform(0, 0.3),
         )
-        time.sleep(moments.uniform(1, 6))
-        n_killed += process.poll() is None
-        process.kill()
-        process.wait()
-    assert n_killed
-    assert json.loads(realbench(tmp_path, "table", path, "--json").stdout) == undisturbed
+        for _ in range(3)
+    ]
+    assert any(killed)
+    assert json.loads(realbench(tmp_path, "table", path, "--json").stdout) == finished.table
 
 
 def test_ctrl_c_stops_and_says_how_to_continue(write_spec: WriteSpec, tmp_path: Path) -> None:
@@ -65,9 +67,7 @@ def test_ctrl_c_stops_and_says_how_to_continue(write_spec: WriteSpec, tmp_path: 
         text=True,
         preexec_fn=heed_ctrl_c,
     )
-    end = time.monotonic() + 60
-    while not list((tmp_path / "results").glob("*.h5")) and time.monotonic() < end:
-        time.sleep(0.1)
+    wait_for(process, lambda: bool(list((tmp_path / "results").glob("*.h5"))))
     process.send_signal(signal.SIGINT)
     _, told = process.communicate(timeout=60)
     assert process.returncode == 130

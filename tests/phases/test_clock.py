@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.recording import Recording
-from real_bench.scoring.result import load_result
-from tests.recording.bench import realbench, recorded_steps, run, wait_for
+from real_bench.scoring.result import Result, load_result
+from tests.cli.shell import realbench as called
+from tests.recording.bench import realbench, recorded_steps, wait_for
 
 LIBRARY = next(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"), None)
 
@@ -81,8 +81,8 @@ def test_fake_clock_goes_backwards(tmp_path: Path, clock: Clock) -> None:
 
 def test_clock_change_leaves_a_play_the_same_and_resumable(tmp_path: Path, clock: Clock) -> None:
     play = ["intrinsic", "--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
-    told = [*play, "--steps", "30000", "--out"]
-    assert run(realbench(*told, "as-ever.h5", eager=True), tmp_path).returncode == 0
+    told = [*play, "--steps", "14000", "--out"]
+    called(tmp_path, *told, "as-ever.h5")
     process = started(realbench(*told, "shifted.h5", eager=True), tmp_path, clock)
     wait_for(process, lambda: recorded_steps(tmp_path / "shifted.h5") >= 3000)
     clock.set("-1d")
@@ -97,23 +97,32 @@ def test_clock_change_leaves_a_play_the_same_and_resumable(tmp_path: Path, clock
     process.communicate()
     clock.set("-300d")
     ended_well(started(realbench(*told, "cut.h5", "--resume"), tmp_path, clock))
-    assert len(transitions(tmp_path / "cut.h5")) == 30
+    assert len(transitions(tmp_path / "cut.h5")) == 14
+
+
+def command(goals_path: Path, out: Path, *options: str) -> list[str]:
+    told = ["extrinsic", "--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
+    return [*told, "--trial-steps", "3000", "--goals", str(goals_path), *options, "--out", str(out)]
+
+
+@pytest.fixture(scope="module")
+def tested(goals_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """A test while the clock goes on as ever."""
+    out = tmp_path_factory.mktemp("tested") / "as-ever.json"
+    called(out.parent, *command(goals_path, out))
+    return load_result(out)
 
 
 @pytest.mark.parametrize("options", [[], ["--isolate"], ["--jobs", "2"]])
 def test_clock_change_leaves_a_test_the_same(
-    tmp_path: Path, goals: GoalSet, clock: Clock, options: list[str]
+    tmp_path: Path, goals_path: Path, tested: Result, clock: Clock, options: list[str]
 ) -> None:
-    save_goal_set(goals, tmp_path / "goals.npy")
-    told = ["extrinsic", "--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
-    told += ["--goals", "goals.npy", *options, "--out"]
-    assert run(realbench(*told, "as-ever.json", eager=True), tmp_path).returncode == 0
     out = tmp_path / "shifted.json"
-    process = started(realbench(*told, out, eager=True), tmp_path, clock)
+    process = started(realbench(*command(goals_path, out, *options)), tmp_path, clock)
     wait_for(process, lambda: out.exists() and bool(load_result(out).trials))
     clock.set("-1d")
     assert process.poll() is None  # or nothing would be shown
     ended_well(process)
-    shifted, as_ever = load_result(out), load_result(tmp_path / "as-ever.json")
-    assert shifted.trials == as_ever.trials
+    shifted = load_result(out)
+    assert shifted.trials == tested.trials
     assert all(0 <= seconds < 300 for seconds in shifted.seconds.values())

@@ -53,11 +53,11 @@ def test_unwritable_folder_is_reported_before_work_begins(
 
 
 def test_full_disk_stops_a_test_that_can_be_resumed_later(tmp_path: Path, goals_file: Path) -> None:
-    told = [*TEST, "--goals", goals_file, "--resume"]
+    told = [*TEST, "--trial-steps", "2000", "--goals", goals_file, "--resume"]
     realbench(tmp_path, *told, "--out", "whole.json")
     whole = load_result(tmp_path / "whole.json")
     with mounted(tmp_path / "small", "size=20k") as folder:
-        (folder / "filling").write_bytes(bytes(8000))
+        (folder / "filling").write_bytes(bytes(16_000))  # one page of memory is left
         stopped = realbench(folder, *told, code=1)
         assert "No space left on device" in stopped.stderr
         kept = load_result(folder / "score.json").trials
@@ -70,7 +70,7 @@ def test_full_disk_stops_a_test_that_can_be_resumed_later(tmp_path: Path, goals_
 
 def test_recording_removed_during_the_play_is_whole_in_the_end(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        eager_realbench(*PLAY, "--steps", 40_000, eager=True),
+        eager_realbench(*PLAY, "--steps", 15_000, eager=True),
         cwd=tmp_path,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -84,5 +84,5 @@ def test_recording_removed_during_the_play_is_whole_in_the_end(tmp_path: Path) -
     _, told = process.communicate(timeout=240)
     assert process.returncode == 0, told
     with Recording(tmp_path / "run.h5") as recording:
-        assert len(recording.transitions) == 40
+        assert len(recording.transitions) == 15
         assert recording.ended

@@ -24,8 +24,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pa
     folder = tmp_path_factory.mktemp("report")
     save_goal_set(tiny_goals(builtin_scene), folder / "goals.npy")
     play = ["--controller", "real_r", "--condition", "OM", "--images", "--scene", "builtin"]
-    realbench(folder, "intrinsic", *play, "--steps", "6000", "--seed", "3")
-    realbench(folder, "extrinsic", "--goals", "goals.npy", "--video", "films")
+    realbench(folder, "intrinsic", *play, "--steps", "3000", "--seed", "3")
+    test = ["--goals", "goals.npy", "--trial-steps", "2000"]
+    realbench(folder, "extrinsic", *test, "--video", "films")
     (folder / "mine.yaml").write_text(
         f'title: "{HOSTILE.replace(chr(34), "")}"\nscene: builtin\nrun: false\n'
         "goals: {few: {seed: 5, counts: {2D: 2}}}\n"

@@ -43,11 +43,11 @@ def test_commands_report_what_isolates_the_controller(tmp_path: Path, goals: Goa
     isolated, controller, *_ = done.stderr.splitlines()
     assert isolated.startswith("the controller is isolated by ")
     assert controller == f"controller: class Mine of {tmp_path / 'mine.py'}"
-    test = ["--run", "run.h5", "--goals", "goals.npy", "--trials", "1", "--as-made"]
-    done = realbench(tmp_path, "extrinsic", *options, *test)
+    test = ["--goals", "goals.npy", "--trials", "1", "--trial-steps", "1000"]
+    done = realbench(tmp_path, "extrinsic", *options, *test, "--run", "run.h5", "--as-made")
     assert "isolated" in done.stderr
-    evaluate = ["--goals", "goals.npy", "--steps", "1000", "--trials", "1", "--overwrite"]
-    realbench(tmp_path, "evaluate", *options, "--condition", "OM", *evaluate)
+    evaluate = ["--condition", "OM", "--steps", "1000", "--overwrite"]
+    realbench(tmp_path, "evaluate", *options, *test, *evaluate)
 
 
 @pytest.mark.parametrize("option", ["--memory-limit", "--call-limit", "--total-limit"])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import resource
 import struct
 import subprocess
@@ -24,11 +23,12 @@ from real_bench.errors import ControllerError, RecordingError, SceneError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.recording import Recording
 from real_bench.recording.schema import STATE, TRANSITION
+from real_bench.scoring.result import Result
 from real_bench.settings import read_settings
-from real_bench.simulation import load_scene
+from real_bench.simulation import Scene, load_scene
 from real_bench.simulation.scene import read_manifest
-from tests.cli.shell import COMMAND, TOUCHES, realbench, write_controller
-from tests.sandbox.conftest import Face, Play
+from tests.cli.shell import TOUCHES, realbench, write_controller
+from tests.sandbox.conftest import Play
 
 pytestmark = pytest.mark.attacks
 
@@ -122,9 +122,12 @@ def bomb(n_bytes: int) -> bytes:
 
 def packed_bomb(file: h5py.File, secret: Path) -> None:
     """A stream of zlib that unpacks to 2 GiB."""
-    packer = zlib.compressobj(9)
-    piece = b"".join(packer.compress(bytes(2**24)) for _ in range(128)) + packer.flush()
-    file["states"].id.write_direct_chunk((0,), piece)
+    packer, n_pieces, size = zlib.compressobj(9, wbits=-15), 128, 2**24
+    piece = packer.compress(bytes(size)) + packer.flush(zlib.Z_FULL_FLUSH)  # does not look back
+    checksum = struct.pack(">I", (n_pieces * size % 65521 << 16) | 1)
+    file["states"].id.write_direct_chunk(
+        (0,), b"\x78\xda" + n_pieces * piece + packer.flush() + checksum
+    )
 
 
 def packed_bomb_of_commands(file: h5py.File, secret: Path) -> None:
@@ -387,32 +390,41 @@ def test_excerpt_of_a_recording_contains_no_poses(play: Play, tmp_path: Path) ->
         recording.object_poses  # noqa: B018
 
 
+@pytest.fixture(scope="module")
+def tested(scene: Scene, goals: GoalSet, tmp_path_factory: pytest.TempPathFactory) -> Result:
+    """A result as it was made."""
+    from real_bench.conditions import Condition
+    from real_bench.phases.extrinsic import ExtrinsicPhase
+    from real_bench.phases.trial import TrialPlan
+    from tests.recording.bench import ignore
+
+    plan = TrialPlan("real_r", Condition.parse("OM"), scene, goals, 0, 10_000)
+    out = tmp_path_factory.mktemp("tested") / "score.json"
+    return ExtrinsicPhase(plan, len(goals), out).run(ignore)
+
+
 @pytest.mark.parametrize("command", ["report", "figures", "score", "compare", "verify"])
 @pytest.mark.parametrize("named", ["evil.py", "evil:Evil"])
 def test_a_result_that_names_code(
-    face_goals: Face, goals: GoalSet, tmp_path: Path, command: str, named: str
+    tested: Result,
+    goals: GoalSet,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    named: str,
 ) -> None:
     """No command that only reads a result runs what is named in it."""
     write_controller(tmp_path / "evil.py", *TOUCHES)
-    honest = face_goals("real_r", trial_steps=10_000)
-    setting = honest.setting.model_copy(update={"controller": named})
-    honest.model_copy(update={"setting": setting}).save(tmp_path / "forged.json")
+    setting = tested.setting.model_copy(update={"controller": named})
+    tested.model_copy(update={"setting": setting}).save(tmp_path / "forged.json")
     save_goal_set(goals, tmp_path / "goals.npy")
     options = {
         "compare": ["forged.json"],
         "verify": ["--goals", "goals.npy"],
         "score": ["--goals", "goals.npy"],
     }
-    done = subprocess.run(
-        [str(COMMAND), command, "forged.json", *options.get(command, [])],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    realbench(tmp_path, command, "forged.json", *options.get(command, []))
     assert not (tmp_path / "touched").exists()
 
 
