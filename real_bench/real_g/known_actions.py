@@ -48,7 +48,8 @@ class KnownActions:
     def and_also(self, before: Array, after: Array, parameters: Array) -> KnownActions:
         """These and one more, by its rows and parameters."""
         pairs = ((self.before, before), (self.after, after), (self.parameters, parameters))
-        return KnownActions(self.relation, *(np.vstack(pair) for pair in pairs))
+        grown = [np.vstack([known, one[: known.shape[1]]]) for known, one in pairs]
+        return KnownActions(self.relation, *grown)
 
     def repeated(self, row: Array) -> tuple[Array, Array]:
         """These actions where the object is now: m actions' parameters, (m, P), and ends, (m, 3).
@@ -70,6 +71,7 @@ class KnownActions:
         What a hand pushed ahead lies at the same place relative to where the hand ended; whatever
         else moved has moved by as much. Weights fall to 0 at the least similar one.
         """
+        row = row[: self.before.shape[1]]  # earlier versions kept no orientations
         keys = self._keys(np.repeat(row[None], len(parameters), axis=0), parameters)
         n_similar = min(N_SIMILAR + 1, len(self))
         nearest = self._tree.query(keys, [*range(1, n_similar + 1)])

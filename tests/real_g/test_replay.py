@@ -186,3 +186,12 @@ def test_what_it_remembers_can_be_kept() -> None:
     np.testing.assert_array_equal(
         choose(replay, row, goal).parameters, choose(restored, row, goal).parameters
     )
+
+
+def test_plays_that_were_kept_without_orientations_are_still_of_use() -> None:
+    replay, goal = learned(300), np.array([-0.1, 0.2, 0.1])
+    row = np.array([-0.1, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0])
+    choice = choose(replay, row, goal)
+    np.testing.assert_array_equal(choice.parameters, choose(replay, row[:3], goal).parameters)
+    replay.observe(row, row, choice.parameters)
+    assert np.isfinite(choose(replay, row, goal).expected_distance)
