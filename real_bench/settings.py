@@ -64,9 +64,10 @@ def validated(kind: type[Settings], values: Mapping[str, Any], owner: str) -> Se
         return kind.model_validate(values)
     except ValidationError as error:
         known = dict(_default_values(kind))
+        parts = {name.rpartition(".")[0] for name in known} - {""}
 
         def unknown(place: tuple[int | str, ...]) -> str:
-            return did_you_mean(".".join(map(str, place)), known)
+            return did_you_mean(".".join(map(str, place)), [*sorted(parts), *known])
 
         listed = ", ".join(f"{name}={value}" for name, value in known.items())
         raise ControllerError(

@@ -82,6 +82,7 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
             "planner.deph: unknown name, did you mean planner.depth? (settings and defaults:",
         ),
         (("--controller", "real_d", "--set", "depth=8"), "did you mean planner.depth?"),
+        (("--controller", "real_d", "--set", "planer.depth=8"), "did you mean planner?"),
         (("--controller", "real_r", "--scene", "oficial"), "did you mean official?"),
         (("--controller", "real_r", "--scene", "moon"), "unknown scene 'moon': use builtin or"),
         (("--controller", "real_r", "--objects", "4"), "1 to 3 objects, not 4"),
