@@ -57,12 +57,11 @@ class ReplayPlanner:
 
     def start_trial(self) -> None:
         """Forget what was done in the last trial."""
-        self._known, self._tried = self._play, np.empty((0, self._play.parameters.shape[1]))
+        self._known = self._play
 
     def observe(self, before: Array, after: Array, parameters: Array) -> None:
         """Remember until the trial ends what an action did: the same push does the same again."""
         self._known = self._known.and_also(before, after, parameters)
-        self._tried = np.vstack([self._tried, parameters])
 
     def choose(
         self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator
@@ -74,7 +73,8 @@ class ReplayPlanner:
             return Choice(self._relation.primitive.low, away, away, row[:3])
         worth = self._expected_distances(row, goal, n_left, candidates)
         best = np.argsort(worth, kind="stable")[:N_CORRECTED]
-        corrected = self._corrected(np.vstack([candidates[best], self._tried]))
+        tried = self._known.parameters[len(self._play) :]  # in this trial
+        corrected = self._corrected(np.vstack([candidates[best], tried]))
         candidates = np.vstack([candidates[best], corrected])
         worth = np.append(worth[best], self._expected_distances(row, goal, n_left, corrected))
         chosen = candidates[[int(worth.argmin())]]

@@ -34,8 +34,8 @@ def files_to_submit(source: ControllerSource) -> list[Path]:
     """
     with as_submission_error(f"{source.place.name} cannot be read"):
         files = source.submitted_files()
-        for file in files:
-            file.name.encode()  # an archive, a bundle and a page can name only what is UTF-8
+        for file in files:  # an archive, a bundle and a page can name only what is UTF-8
+            str(file.relative_to(source.place)).encode()
         _check_size(source.place.name, [file.stat().st_size for file in files])
         return files
 

@@ -161,6 +161,12 @@ def file_not_utf8(place: Path) -> None:
     (folder(place) / os.fsdecode(b"caf\xe9.py")).touch()
 
 
+def folder_not_utf8(place: Path) -> None:
+    inside = folder(place) / os.fsdecode(b"caf\xe9")
+    inside.mkdir()
+    (inside / "plain.py").touch()
+
+
 def unreadable_file(place: Path) -> None:
     (folder(place) / "data").touch(mode=0)
 
@@ -209,6 +215,7 @@ SPOILT: dict[str, tuple[Spoil, str]] = {
     "manifest_nested": (manifest_nested, "recursion"),
     "manifest_result": (manifest_like_a_result, "submission.yaml"),
     "file_not_utf8": (file_not_utf8, "not UTF-8"),
+    "folder_not_utf8": (folder_not_utf8, "not UTF-8"),
     "unreadable_file": (unreadable_file, "Permission denied"),
     "unreadable_folder": (unreadable_folder, "Permission denied"),
     "wheel_folder": (wheel_folder, "Is a directory"),
