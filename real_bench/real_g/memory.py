@@ -8,6 +8,7 @@ and Doncieux 2021).
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -29,8 +30,8 @@ MAX_VARIATION = 0.1
 N_REDRAWN = 0.5
 """On average, this many parameters of a remembered action are drawn anew from their whole range."""
 
-RECENT, MIN_RECENT = 300, 20
-"""Success is surprising relative to this many earlier actions; with fewer nothing is."""
+RECENT, N_ALIKE = 2000, 40
+"""Success is surprising relative to the most similar situations among the latest ones."""
 
 NEAR = 0.3
 """Situations this far apart, in ranges of their parameters, still inform each other."""
@@ -57,13 +58,20 @@ class Family:
     situations: list[Array] = field(default_factory=list)
     successes: list[float] = field(default_factory=list)
 
-    def add(self, member: Array, situation: Array, success: float, n_latest: int) -> None:
+    def add(self, member: Array, situation: Array, success: float, n_members: int) -> None:
         """One more; only the latest are kept."""
         self.members.append(member)
         self.situations.append(situation)
         self.successes.append(success)
+        if len(self.members) > n_members:
+            self._forget()
+
+    def _forget(self) -> None:
+        """Of the older half, one goes whose situation is like most others': rare ones stay."""
+        older = np.array(self.situations[: len(self.situations) // 2])
+        crowded = int(self._nearness(older).sum(axis=1).argmax())
         for values in (self.members, self.situations, self.successes):
-            del values[:-n_latest]
+            del values[crowded]
 
     @property
     def mean(self) -> float:
@@ -102,21 +110,22 @@ class ActionMemory:
     Args:
         relation: of actions to objects.
         max_families: families that are kept.
-        n_latest: how many of its latest members a family is judged by.
+        n_members: how many of its members a family is judged by.
         like: a family includes everything nearer to its founder than this share of the distance
             of two random actions.
-        surprise: an action better than this share of the latest ones founds a family.
+        surprise: an action better than this share of the latest ones in such situations founds a
+            family.
     """
 
     def __init__(
         self,
         relation: Relation,
         max_families: int = 60,
-        n_latest: int = 100,
+        n_members: int = 100,
         like: float = 1 / 3,
         surprise: float = 0.95,
     ) -> None:
-        self._relation, self._max_families, self._n_latest = relation, max_families, n_latest
+        self._relation, self._max_families, self._n_members = relation, max_families, n_members
         self._surprise = surprise
         primitive = relation.primitive
         self._range = primitive.high - primitive.low
@@ -124,20 +133,20 @@ class ActionMemory:
         self._free_indices = [i for i in range(len(primitive.low)) if i not in free]
         # for uniform parameters of range 1
         self._radius = like * np.sqrt(len(self._free_indices) / 6)
-        self._recent: list[float] = []
+        self._recent: deque[tuple[Array, float]] = deque(maxlen=RECENT)
         self.families: list[Family] = []
 
     def record(self, row: Array, parameters: Array, success: float) -> None:
         """Rate an action, (P,), on an object at a row, (3 or 7,), from 0 to 1."""
         relative = self._relation.relative(row[None], parameters[None])[0]
+        situation = self._situations(row, parameters[None, self._relation.primitive.end])[0]
         family = self._family_of(relative)
-        if family is None and self._is_surprising(success):
+        if family is None and self._is_surprising(situation, success):
             family = Family(relative)
             self.families.append(family)
         if family is not None:
-            ends = parameters[None, self._relation.primitive.end]
-            family.add(relative, self._situations(row, ends)[0], success, self._n_latest)
-        self._recent = [*self._recent[1 - RECENT :], success]
+            family.add(relative, situation, success, self._n_members)
+        self._recent.append((situation, success))
         if len(self.families) > self._max_families:
             del self.families[int(np.argmin([family.mean for family in self.families[:-1]]))]
 
@@ -204,9 +213,8 @@ class ActionMemory:
         return np.clip(parameters, primitive.low, primitive.high)
 
     def get_state(self) -> dict[str, Any]:
-        """What it remembers."""
+        """Its families."""
         return {
-            "recent": np.array(self._recent),
             "families": [
                 {
                     "founder": family.founder,
@@ -220,7 +228,6 @@ class ActionMemory:
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Restore its memory."""
-        self._recent = np.asarray(state["recent"]).tolist()
         self.families = [
             Family(
                 np.asarray(each["founder"]),
@@ -231,9 +238,14 @@ class ActionMemory:
             for each in state["families"]
         ]
 
-    def _is_surprising(self, success: float) -> bool:
-        known = len(self._recent) >= MIN_RECENT
-        return known and success > float(np.quantile(self._recent, self._surprise))
+    def _is_surprising(self, situation: Array, success: float) -> bool:
+        """Whether it went better than most of the latest actions in such situations."""
+        if len(self._recent) < N_ALIKE:
+            return False
+        situations, successes = map(np.array, zip(*self._recent, strict=True))
+        distances = np.linalg.norm(situations - situation, axis=1)
+        alike = np.argsort(distances, kind="stable")[:N_ALIKE]
+        return success > float(np.quantile(successes[alike], self._surprise))
 
     def _family_of(self, relative: Array) -> Family | None:
         """The family of the nearest founder, if it is near enough."""

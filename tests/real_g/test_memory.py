@@ -138,7 +138,7 @@ def test_empty_memory_cannot_vary_actions() -> None:
 
 
 def test_numbers_of_families_and_members_are_limited() -> None:
-    memory = ActionMemory(Relation(PUSH), max_families=3, n_latest=5)
+    memory = ActionMemory(Relation(PUSH), max_families=3, n_members=5)
     random = np.random.default_rng(0)
     for row, numbers in zip(rows(500), drawn(PUSH, 500, 0), strict=True):
         memory.record(row, numbers, float(random.random()))
