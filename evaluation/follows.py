@@ -82,9 +82,10 @@ def read(file: Path) -> tuple[Array, Array, Array, Hand]:
         raise click.UsageError(f"{file}: nothing is carried in {condition.name}")
     experience = Experience(file, Condition("I", condition.control))
     parameters = [hand.parameters(experience.action(number)) for number in range(len(experience))]
+    parameters = parameters[: len(rows)]  # the play may go on meanwhile
     known = [number is not None for number in parameters]
     given = np.array([number for number in parameters if number is not None])
-    rows = rows[: len(experience)][known]
+    rows = rows[: len(known)][known]
     return given, poses[rows["precondition"]], poses[rows["outcome"]], hand
 
 

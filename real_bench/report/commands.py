@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -35,7 +35,7 @@ def play_command(header: Header, steps: int, file: str) -> str:
 
 
 def scoring_command(
-    setting: Setting, run: str | None, goals: str | None, file: str, *, whole: bool
+    setting: Setting, run: str | None, goals: str | None, file: str, learning: Sequence[str]
 ) -> str:
     """The command that tests again.
 
@@ -44,16 +44,15 @@ def scoring_command(
         run: the recording that was learned from, if there is one.
         goals: the goal set's file; None: the shipped one.
         file: the result.
-        whole: whether all of the recording was learned from; False if that is unknown.
+        learning: the options that say how it learned from the recording.
     """
-    shorter = [] if whole else ["--run-steps", str(setting.run_steps)]
     n_trials = len(setting.goal_numbers)
     length = setting.trial_steps
     options = [
         *_run_options(
             setting.controller, setting.condition, setting.objects, setting.scene, setting.seed
         ),
-        *([] if run is None else ["--run", run, *shorter]),
+        *([] if run is None else ["--run", run, *learning]),
         *([] if goals is None else ["--goals", goals]),
         *([] if n_trials == setting.set_size else ["--trials", str(n_trials)]),
         *([] if length == TRIAL_STEPS else ["--trial-steps", str(length)]),

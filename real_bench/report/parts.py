@@ -14,7 +14,7 @@ from real_bench.recording import Header, Recording
 from real_bench.report.commands import play_command, scoring_command
 from real_bench.report.pictures import films, picture, render_ends
 from real_bench.scoring.metric import METRICS
-from real_bench.scoring.result import Result, TrialResult, load_result
+from real_bench.scoring.result import Result, Setting, TrialResult, load_result
 from real_bench.scoring.table import score_columns
 from real_bench.simulation import Image, load_scene
 
@@ -30,6 +30,7 @@ class RecordingEntry:
         steps, actions: how long it is.
         share_moved: of the actions, moved an object by more than 1 cm; NaN without actions.
         cuts: at which steps it was interrupted, and continued in a fresh world.
+        learned_by: the controller whose learning it keeps; None if it keeps none.
     """
 
     file: str
@@ -40,6 +41,7 @@ class RecordingEntry:
     actions: int
     share_moved: float
     cuts: tuple[int, ...]
+    learned_by: str | None
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class ResultEntry:
 def read_played(path: Path) -> RecordingEntry:
     """Read a recording; raises RecordingError."""
     with Recording(path) as recording:
+        learned = recording.controller_state() or recording.controller_files()
         return RecordingEntry(
             file=path.name,
             sha256=file_sha256(path),
@@ -90,6 +93,7 @@ def read_played(path: Path) -> RecordingEntry:
             actions=len(recording.transitions),
             share_moved=recording.share_moved(),
             cuts=tuple(recording.cuts),
+            learned_by=recording.header.controller if learned else None,
         )
 
 
@@ -117,19 +121,33 @@ def read_tested(
     run = next((play for play in plays if play.sha256 == setting.run_sha256), None)
     known = [pair for pair in goal_sets if pair[1].sha256 == setting.goals_sha256]
     run_file = run.file if run else f"<recording {setting.run_sha256[:12]}>"
-    whole = setting.learned is not None or (run is not None and run.steps == setting.run_steps)
     goals = known[0][0] if known else f"<goals {setting.goals_sha256[:12]}>"
     headings, rows = score_columns(result)
     return ResultEntry(
         file=path.name,
         result=result,
         command=scoring_command(
-            setting, run_file if setting.run_sha256 else None, goals, path.name, whole=whole
+            setting,
+            run_file if setting.run_sha256 else None,
+            goals,
+            path.name,
+            _learning_options(setting, run),
         ),
         headings=tuple(headings),
         rows=tuple(map(tuple, rows)),
         trials=tuple(_trials(result, known[0][1] if known else None, videos)),
     )
+
+
+def _learning_options(setting: Setting, run: RecordingEntry | None) -> list[str]:
+    """Options that say what it learned from the recording; the steps if that is unknown."""
+    learned = setting.learned
+    if learned is not None:
+        now = setting.controller_sha256, setting.settings
+        return [] if (learned.code_sha256, learned.settings) == now else ["--keep-learned"]
+    if run is None or run.steps != setting.run_steps:
+        return ["--run-steps", str(setting.run_steps)]
+    return ["--relearn"] if run.learned_by == setting.controller else []
 
 
 def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> Iterable[Trial]:

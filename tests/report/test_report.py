@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,23 @@ def test_commands_in_the_report_reproduce_the_result(folder: Path) -> None:
     for command in (play.command, test.command):
         realbench(again, *shlex.split(command)[1:])
     assert load_result(again / "score.json").trials == test.result.trials
+
+
+def test_command_says_how_it_learned(folder: Path, tmp_path: Path) -> None:
+    play = read_played(folder / "run.h5")
+    setting: dict[str, Any] = {"run_sha256": play.sha256, "run_steps": 3000}
+    kept = {"code_sha256": "c" * 64, "settings": {}}
+    made([0.1], **setting, learned=kept, controller_sha256="c" * 64).save(tmp_path / "a.json")
+    made([0.1], **setting, learned=kept, controller_sha256="d" * 64).save(tmp_path / "b.json")
+    made([0.1], **setting).save(tmp_path / "c.json")
+    made([0.1], **{**setting, "run_steps": 1000}).save(tmp_path / "d.json")
+    for name, option in [("a", ""), ("b", "--keep-learned "), ("d", "--run-steps 1000 ")]:
+        command = read_tested(tmp_path / f"{name}.json", [play]).command
+        assert f"--run run.h5 {option}--goals" in command
+    for learned_by, option in [("real_r", "--relearn "), (None, ""), ("real_d", "")]:
+        entry = replace(play, learned_by=learned_by)
+        command = read_tested(tmp_path / "c.json", [entry]).command
+        assert f"--run run.h5 {option}--goals" in command
 
 
 def test_only_settings_that_differ_from_defaults_are_shown(tmp_path: Path) -> None:
