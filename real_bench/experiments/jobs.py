@@ -247,7 +247,7 @@ class CheckJob(BaseModel):
             raise ControllerError(in_short([f"{name}: {what}" for what, name in wrong.items()]))
 
     def _check(self, job: Job) -> None:
-        from real_bench.phases.checking import ControllerCheck
+        from real_bench.phases.checking import LOSES_ALL, ControllerCheck
         from real_bench.simulation import load_scene
 
         condition = Condition.parse(job.condition)
@@ -255,11 +255,24 @@ class CheckJob(BaseModel):
             self._check_can_learn(job, self.plays[job.play], condition)
         scene = load_scene(job.scene)
         check = ControllerCheck(
-            job.controller, condition, scene, job.objects, job.settings, job.backend
+            job.controller,
+            condition,
+            scene,
+            job.objects,
+            job.settings,
+            job.backend,
+            is_tested_elsewhere=self._goes_on_from_its_own_play(job),
         )
         for finding in check.findings():
-            if not finding.good:
-                raise ControllerError(finding.detail)
+            if finding.good:
+                continue
+            nothing = ". If it learns nothing, give its cell `play: none`"
+            raise ControllerError(finding.detail + nothing * (finding.detail == LOSES_ALL))
+
+    def _goes_on_from_its_own_play(self, job: Job) -> bool:
+        """Whether a test continues from what the same controller learns in a future play."""
+        play = self.plays.get(job.play or "") if isinstance(job, ScoringJob) else None
+        return play is not None and play.controller == job.controller
 
     def _check_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
         """Raise ControllerError if a play lacks the images that a test would learn from."""

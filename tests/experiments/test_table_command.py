@@ -22,6 +22,16 @@ from tests.experiments.conftest import Finished, WriteSpec
 from tests.recording.bench import wait_for
 
 
+FORGETFUL = """
+from real_bench.actions import Action
+from real_bench.controller import Controller
+
+class Forgetful(Controller):
+    def next_action(self, observation):
+        return Action.rest(4)
+"""
+
+
 def test_finished_table_is_printed_again_without_work(finished: Finished) -> None:
     assert "to run: 2 plays and 5 tests, 9,000 steps in total" in finished.stderr
     assert "2 of 2" in finished.stdout
@@ -243,6 +253,19 @@ def test_settings_are_checked_before_work_begins(
     assert "to run" not in done.stderr
     assert "drawing" not in done.stderr
     assert not list((tmp_path / "results").glob("[!.]*"))
+
+
+def test_play_whose_learning_would_be_lost_is_not_begun(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    (tmp_path / "forgetful.py").write_text(FORGETFUL)
+    cell: dict[str, Any] = {"controller": "forgetful.py", "condition": "OM"}
+    done = realbench(tmp_path, "table", write_spec(cells=[cell], repeats=1), code=1)
+    assert "what it learns at play is lost" in done.stderr
+    assert "give its cell `play: none`" in done.stderr
+    assert not list((tmp_path / "results").glob("*.h5"))
+    cell["play"] = "none"
+    realbench(tmp_path, "table", write_spec(cells=[cell], repeats=1))
 
 
 def test_hanging_controller_is_stopped_at_its_call_limit(
