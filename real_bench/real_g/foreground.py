@@ -47,12 +47,12 @@ class Foreground:
     def __init__(self, random: np.random.Generator) -> None:
         self._random = random
         self._kept: list[Image] = []
-        self._small: list[NDArray[np.int16]] = []
-        self._last: NDArray[np.int16] | None = None
+        self._small: list[Image] = []
+        self._last: Image | None = None
         self._n_candidates = 0
         self._typical_change = 0.0
         self.change = 0.0
-        self._background: NDArray[np.int16] | None = None
+        self._background: Image | None = None
         self._flicker: NDArray[np.int16] | None = None
 
     def __deepcopy__(self, memo: object) -> Foreground:
@@ -68,7 +68,7 @@ class Foreground:
 
     def add(self, image: Image) -> bool:
         """Look at the next image, (height, width, 3); returns whether anything has changed."""
-        small = cv2.resize(image, COMPARISON_SIZE, interpolation=cv2.INTER_AREA).astype(np.int16)
+        small = _shrunk(image)
         n_changed = 0 if self._last is None else _n_changed(small, self._last)
         self.change = n_changed / max(self._typical_change, 1.0)
         if self._last is not None and n_changed == 0:
@@ -87,20 +87,20 @@ class Foreground:
         """Learn the background again; returns whether it has changed."""
         kept = np.array(self._kept)
         middle = len(kept) // 2
-        background = np.partition(kept, middle, axis=0)[middle].astype(np.int16)
-        differences = np.array([_max_difference(image - background) for image in self._kept])
+        background = np.partition(kept, middle, axis=0)[middle]
+        differences = np.array([_max_difference(image, background) for image in self._kept])
         typical = np.partition(differences, middle, axis=0)[middle]
         before, self._background = self._background, background
-        self._flicker = np.maximum(2 * typical, NOISE_LEVEL).astype(np.int16)
+        self._flicker = np.maximum(2 * typical.astype(np.int16), NOISE_LEVEL)
         return before is None or _n_changed(before, background) > 0
 
     def mask(self, image: Image) -> NDArray[np.bool_]:
         """Which pixels show what can be moved, (height, width); raises RealBenchError."""
         if self._background is None or self._flicker is None:
             raise RealBenchError("no background has been learned yet")
-        return np.asarray(_max_difference(image - self._background) > self._flicker)
+        return np.asarray(_max_difference(image, self._background) > self._flicker)
 
-    def _keep(self, image: Image, small: NDArray[np.int16]) -> None:
+    def _keep(self, image: Image, small: Image) -> None:
         self._n_candidates += 1
         if len(self._kept) < MAX_KEPT:
             self._kept.append(image.copy())
@@ -114,19 +114,24 @@ class Foreground:
         """The background and how much it flickers, as arrays."""
         if self._background is None or self._flicker is None:
             return {}
-        return {"background": self._background.astype(np.uint8), "flicker": self._flicker}
+        return {"background": self._background, "flicker": self._flicker}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Know this background, with no image kept."""
         if state:
-            self._background = np.asarray(state["background"], np.int16)
+            self._background = np.asarray(state["background"], np.uint8)
             self._flicker = np.asarray(state["flicker"], np.int16)
 
 
-def _n_changed(one: NDArray[np.int16], other: NDArray[np.int16]) -> int:
-    return int(np.count_nonzero(_max_difference(one - other) > NOISE_LEVEL))
+def _shrunk(image: Image) -> Image:
+    return np.asarray(cv2.resize(image, COMPARISON_SIZE, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _max_difference(difference: NDArray[np.int16]) -> NDArray[np.int16]:
+def _n_changed(one: Image, other: Image) -> int:
+    return int(np.count_nonzero(_max_difference(one, other) > NOISE_LEVEL))
+
+
+def _max_difference(one: Image, other: Image) -> NDArray[np.uint8]:
     """The largest difference of the three colours, (height, width)."""
-    return np.asarray(np.abs(difference).max(axis=2))
+    red, green, blue = cv2.split(cv2.absdiff(one, other))
+    return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
