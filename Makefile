@@ -14,6 +14,8 @@ demo: .venv/ready
 	$(BIN)/realbench report evaluation/demo.yaml demo/*.h5 demo/*.json --goals demo/goals-ten-1.npy \
 		--out demo/report.html --overwrite
 
+# Hundreds of commands start in processes of their own, so what they import is compiled but once.
+test: export PYTHONDONTWRITEBYTECODE =
 test: .venv/ready
 	$(BIN)/pytest
 

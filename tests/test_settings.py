@@ -435,9 +435,8 @@ def place(tmp_path_factory: pytest.TempPathFactory, goals: GoalSet) -> Path:
 
 def setting_of(folder: Path, *arguments: str) -> dict[str, Any]:
     """The setting of a test of one goal."""
-    realbench(
-        folder, "extrinsic", "--goals", "goals.npy", "--trials", "1", "--overwrite", *arguments
-    )
+    test = ("--goals", "goals.npy", "--trials", "1", "--trial-steps", "500", "--overwrite")
+    realbench(folder, "extrinsic", *test, *arguments)
     return load_result(folder / "score.json").setting.model_dump()
 
 

@@ -17,7 +17,10 @@ from tests.cli.shell import realbench, tiny_goals
 from tests.figures.pusher import __file__ as PUSHER  # noqa: N812
 
 PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM", "--images", "--steps", "4000")
-TEST = ("extrinsic", "--controller", "real_d", "--goals", "goals.npy", "--trials", "1")
+TEST = (
+    *("extrinsic", "--controller", "real_d"),
+    *("--goals", "goals.npy", "--trials", "1", "--trial-steps", "2000"),
+)
 FAST = ("--set", "vae.steps=5")
 
 

@@ -21,7 +21,6 @@ from tests.cli.shell import (
 from tests.experiments.conftest import Finished, WriteSpec
 from tests.recording.bench import wait_for
 
-
 FORGETFUL = """
 from real_bench.actions import Action
 from real_bench.controller import Controller

@@ -114,7 +114,10 @@ def odd(place: Path) -> Path:
 
 
 PLAY = "intrinsic --controller {} --condition OM --scene builtin --steps 1000 --out new.h5"
-TEST = "extrinsic --controller {} --condition OM --scene builtin --goals goals.npy --trials 1"
+TEST = (
+    "extrinsic --controller {} --condition OM --scene builtin --goals goals.npy --trials 1"
+    " --trial-steps 500"
+)
 
 
 @pytest.mark.parametrize(

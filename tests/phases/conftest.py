@@ -78,10 +78,10 @@ def play(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Play:
 
 @pytest.fixture
 def make_plan(scene: Scene, goals: GoalSet) -> MakePlan:
-    """What is to be tested: short trials."""
+    """What is to be tested: short trials, of two actions."""
 
     def make_plan(controller: str, condition: str = "OM", **options: Any) -> TrialPlan:
-        facts = {"seed": 0, "trial_steps": 2000, "goal_set": goals, **options}
+        facts = {"seed": 0, "trial_steps": 1200, "goal_set": goals, **options}
         return TrialPlan(controller, Condition.parse(condition), scene, **facts)
 
     return make_plan

@@ -35,7 +35,7 @@ def alone(
 
 def command(condition: str) -> list[str]:
     told = ["extrinsic", "--controller", "real_r", "--condition", condition, "--scene", "builtin"]
-    return [*told, "--goals", "goals.npy", "--trials", "3", "--trial-steps", "3000", "--seed", "4"]
+    return [*told, "--goals", "goals.npy", "--trials", "3", "--trial-steps", "1500", "--seed", "4"]
 
 
 def kept(folder: Path, name: str) -> tuple[object, ...]:
@@ -75,7 +75,7 @@ def test_what_the_process_did_before_does_not_matter(
         task.begin()
     others[0].execute(Action.macro(np.array([[-0.1, 0.3], [-0.1, -0.3]])))
     others[1].execute(Action(np.full((1, 9), 0.3), np.array([400]), np.array([False])))
-    plan = TrialPlan("real_r", Condition.parse(condition), scene, goals, 4, 3000)
+    plan = TrialPlan("real_r", Condition.parse(condition), scene, goals, 4, 1500)
     result = ExtrinsicPhase(plan, 3, folder / "after.json").run(ignore)
     for task in others:
         task.close()

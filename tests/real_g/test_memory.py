@@ -98,7 +98,7 @@ def test_variation_moves_few_numbers_far() -> None:
     deed, random = HAND, np.random.default_rng(0)
     memory = ActionMemory(Relation(deed))
     row, numbers = rows(1)[0], (deed.low + deed.high) / 2
-    for _ in range(30):
+    for _ in range(50):
         memory.record(row, numbers, 0.0)
     memory.record(row, numbers, 1.0)
     ends = np.tile(numbers[list(deed.end)], (4000, 1))
@@ -117,6 +117,45 @@ def test_unsurprising_actions_found_no_family(deed: Primitive) -> None:
     for row, numbers in zip(rows(100), drawn(deed, 100, 0), strict=True):
         memory.record(row, numbers, 0.5)
     assert memory.families == []
+
+
+def test_what_works_where_all_else_fails_is_kept() -> None:
+    memory, random = ActionMemory(Relation(HAND)), np.random.default_rng(0)
+    row, (usual, rare) = rows(1)[0], drawn(HAND, 2, 1)
+    near, far = HAND.low[list(HAND.end)], HAND.high[list(HAND.end)]
+    for _ in range(100):
+        usual[list(HAND.end)] = near
+        memory.record(row, usual, float(random.uniform(0.9, 1)))
+        usual[list(HAND.end)] = far
+        memory.record(row, usual, 0.0)
+    rare[list(HAND.end)] = near
+    memory.record(row, rare, 0.5)  # others do better there
+    assert not any(_away(family.founder, _relative(row, rare)) == 0 for family in memory.families)
+    rare[list(HAND.end)] = far
+    memory.record(row, rare, 0.5)
+    varied = memory.sample_variations(row, np.tile(far, (200, 1)), random)
+    assert np.mean([_away(each, rare) < _away(each, usual) for each in varied]) > 0.7
+
+
+def test_family_keeps_members_of_rare_situations() -> None:
+    memory = ActionMemory(Relation(HAND), n_members=20)
+    row, numbers = rows(1)[0], drawn(HAND, 1, 1)[0]
+    near, far = HAND.low[list(HAND.end)], HAND.high[list(HAND.end)]
+    for success in (*[0.0] * 50, 1.0):
+        numbers[list(HAND.end)] = near
+        memory.record(row, numbers, success)
+    numbers[list(HAND.end)] = far
+    memory.record(row, numbers, 0.7)
+    numbers[list(HAND.end)] = near
+    for _ in range(200):
+        memory.record(row, numbers, 0.1)
+    (family,) = memory.families
+    assert len(family.members) == 20
+    assert family.successes.count(0.7) == 1
+
+
+def _relative(row: Array, numbers: Array) -> Array:
+    return Relation(HAND).relative(row[None], numbers[None])[0]
 
 
 @pytest.mark.parametrize("deed", DEEDS)
@@ -138,7 +177,7 @@ def test_empty_memory_cannot_vary_actions() -> None:
 
 
 def test_numbers_of_families_and_members_are_limited() -> None:
-    memory = ActionMemory(Relation(PUSH), max_families=3, n_members=5)
+    memory = ActionMemory(Relation(PUSH), max_families=3, n_members=5, like=0.6)
     random = np.random.default_rng(0)
     for row, numbers in zip(rows(500), drawn(PUSH, 500, 0), strict=True):
         memory.record(row, numbers, float(random.random()))

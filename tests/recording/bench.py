@@ -22,7 +22,7 @@ SCENE = "builtin"
 EAGER = """
 import real_bench.lengths, real_bench.recording.recorder
 real_bench.recording.recorder.SECONDS_BETWEEN_WRITES = 0.0
-real_bench.lengths.TRIAL_STEPS = 4000
+real_bench.lengths.TRIAL_STEPS = 2000
 from real_bench.cli import main
 main()
 """
