@@ -15,7 +15,7 @@ demo: .venv/ready
 		--out demo/report.html --overwrite
 
 # Hundreds of commands start in processes of their own, so what they import is compiled but once.
-test: export PYTHONDONTWRITEBYTECODE =
+test test-lowest coverage: export PYTHONDONTWRITEBYTECODE =
 test: .venv/ready
 	$(BIN)/pytest
 

@@ -251,8 +251,9 @@ class CheckJob(BaseModel):
         from real_bench.simulation import load_scene
 
         condition = Condition.parse(job.condition)
-        if isinstance(job, ScoringJob) and job.play in self.plays:
-            self._check_can_learn(job, self.plays[job.play], condition)
+        play = self.plays.get(job.play or "") if isinstance(job, ScoringJob) else None
+        if play is not None:
+            self._check_can_learn(job, play, condition)
         scene = load_scene(job.scene)
         check = ControllerCheck(
             job.controller,
@@ -261,7 +262,7 @@ class CheckJob(BaseModel):
             job.objects,
             job.settings,
             job.backend,
-            is_tested_elsewhere=self._goes_on_from_its_own_play(job),
+            is_tested_elsewhere=play is not None and play.controller == job.controller,
         )
         for finding in check.findings():
             if finding.good:
@@ -269,12 +270,7 @@ class CheckJob(BaseModel):
             nothing = ". If it learns nothing, give its cell `play: none`"
             raise ControllerError(finding.detail + nothing * (finding.detail == LOSES_ALL))
 
-    def _goes_on_from_its_own_play(self, job: Job) -> bool:
-        """Whether a test continues from what the same controller learns in a future play."""
-        play = self.plays.get(job.play or "") if isinstance(job, ScoringJob) else None
-        return play is not None and play.controller == job.controller
-
-    def _check_can_learn(self, job: ScoringJob, play: PlayJob, condition: Condition) -> None:
+    def _check_can_learn(self, job: Job, play: PlayJob, condition: Condition) -> None:
         """Raise ControllerError if a play lacks the images that a test would learn from."""
         if condition.sees_objects or not Condition.parse(play.condition).sees_objects:
             return

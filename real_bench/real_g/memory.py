@@ -31,7 +31,8 @@ N_REDRAWN = 0.5
 """On average, this many parameters of a remembered action are drawn anew from their whole range."""
 
 RECENT, N_ALIKE = 2000, 40
-"""Success is surprising relative to the most similar situations among the latest ones."""
+"""Of so many latest actions, success is surprising relative to so many in the most similar
+situations; with fewer nothing is."""
 
 NEAR = 0.3
 """Situations this far apart, in ranges of their parameters, still inform each other."""
@@ -59,7 +60,7 @@ class Family:
     successes: list[float] = field(default_factory=list)
 
     def add(self, member: Array, situation: Array, success: float, n_members: int) -> None:
-        """One more; only the latest are kept."""
+        """One more; when there are too many, an older one goes."""
         self.members.append(member)
         self.situations.append(situation)
         self.successes.append(success)
