@@ -12,6 +12,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, RecordingError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.locks import is_being_written
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
@@ -130,6 +131,8 @@ def plan_test(
         raise RealBenchError(
             "no controller given, and no recording to take it from (try --controller real_r)"
         )
+    if path is not None:
+        _check_is_over(path, run_steps)
     return TrialPlan(
         controller=controller or (header.controller_source if header else ""),
         condition=wanted,
@@ -218,3 +221,16 @@ def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header 
             raise
         log.info("%s is not used: %s", path, error)
         return None, None
+
+
+def _check_is_over(run: Path, run_steps: int | None) -> None:
+    """Refuse a play that goes on, whose recording would be another one in a moment."""
+    if is_being_written(run):
+        raise RecordingError(
+            f"{run} is being played: test it when the play is over, or stop the play and go on "
+            "afterwards (realbench intrinsic --resume)"
+        )
+    with Recording(run) as recording:
+        n_steps, total = recording.n_steps, recording.total_steps
+    if n_steps < total and run_steps is None:
+        log.warning("%s ends after %s of %s steps", run, f"{n_steps:,}", f"{total:,}")

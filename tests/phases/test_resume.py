@@ -84,6 +84,22 @@ def test_stopped_run_says_how_to_resume(play: Play, number: signal.Signals) -> N
     resume_for(1500, play)
 
 
+def test_play_that_goes_on_is_not_tested_and_a_stopped_one_is_told_from_a_whole(
+    goals_path: Path, tmp_path: Path
+) -> None:
+    test = realbench("extrinsic", "--goals", goals_path, "--trial-steps", 1000)
+    process = start(ENDLESS, tmp_path)
+    wait_for(process, lambda: recorded_steps(tmp_path / "run.h5") > 0)
+    refused = run(test, tmp_path)
+    kill_after(process, 0)
+    assert refused.returncode == 1
+    assert "run.h5 is being played: test it when the play is over" in refused.stderr
+    tested = run(test, tmp_path)
+    assert tested.returncode == 0, tested.stderr
+    n_steps = recorded_steps(tmp_path / "run.h5")
+    assert f"run.h5 ends after {n_steps:,} of 15,000,000 steps" in tested.stderr
+
+
 def test_pressing_ctrl_c_twice_loses_no_action(play: Play, tmp_path: Path) -> None:
     command = realbench(*PLAY, "--controller", toy("series:Impatient"), "--steps")
     assert run([*command, "20000000"], tmp_path).returncode == 130
