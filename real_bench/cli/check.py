@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.printing import warnings_only
 
 if TYPE_CHECKING:
     from real_bench.phases.checking import Finding
@@ -52,8 +53,9 @@ def check(
     """Check quickly whether a controller works, before hours of play.
 
     Shows which class runs, and whether it loads, plays a few steps (in scene builtin), can be
-    copied for each goal, and hands over its state unchanged: in this process and isolated. Reads
-    the options file of a starter kit, and prints the commands to use.
+    copied for each goal, hands over its state unchanged, and learns from such a play and tries a
+    goal: in this process and isolated. Reads the options file of a starter kit, and prints the
+    commands to use.
     """
     from real_bench.phases.checking import official_options, suggest_commands
     from real_bench.phases.local import LocalBackend
@@ -72,7 +74,7 @@ def check(
         tried_condition = source.submission.condition
     found = {}
     for name, backend in backends.items():
-        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
+        with contextlib.redirect_stdout(sys.stderr), warnings_only():  # stdout is for results
             tried_condition, found[name] = _check_conditions(
                 controller, tried_condition, objects or options_of_file.objects, settings, backend
             )
@@ -114,6 +116,7 @@ def _check_conditions(
             objects or 1,
             settings,
             backend,
+            tests_a_goal=True,
         )
         tried[name] = list(one.findings())
         if all(finding.good for finding in tried[name]):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import click
@@ -25,6 +27,17 @@ def log_on_stderr() -> None:
     logger = logging.getLogger("real_bench")
     logger.setLevel(logging.INFO)
     logger.handlers[:] = [_Lines()]
+
+
+@contextmanager
+def warnings_only() -> Iterator[None]:
+    """Log warnings, but no remarks, such as which controller plays."""
+    logger = logging.getLogger("real_bench")
+    logger.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logger.setLevel(logging.INFO)
 
 
 def say(text: str, *, err: bool = False) -> None:

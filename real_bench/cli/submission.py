@@ -14,7 +14,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup
-from real_bench.cli.printing import say
+from real_bench.cli.printing import say, warnings_only
 from real_bench.counting import counted
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def check(
     """Check a submission, a folder or a zip; its code runs isolated.
 
     Reads submission.yaml, installs the requirements, and lets the controller load, play some
-    steps, be copied and hand over its state.
+    steps, be copied, hand over its state, and learn from such a play and try a goal.
     """
     from real_bench.competition.checking import SubmissionCheck
     from real_bench.errors import SubmissionError
@@ -108,7 +108,7 @@ def check(
         except SubmissionError as error:
             findings = [Finding("fails", False, str(error))]
         else:
-            with contextlib.redirect_stdout(sys.stderr):
+            with contextlib.redirect_stdout(sys.stderr), warnings_only():
                 made = SubmissionCheck(found, objects, Limits(**limits), play)
                 findings = list(made.findings())
     good = all(finding.good for finding in findings)

@@ -65,6 +65,7 @@ class SubmissionCheck:
             {},
             SandboxBackend(limits=self.limits),
             is_tested_elsewhere=self.play == "own",
+            tests_a_goal=True,
         ).findings()
 
 

@@ -13,6 +13,11 @@ import numpy as np
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
+from real_bench.lengths import TRIAL_STEPS
+from real_bench.locks import temporary_folder
+from real_bench.phases.extrinsic import ExtrinsicPhase
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.plans import plan_test_after
 from real_bench.phases.player import make_player
 from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
 from real_bench.recording.state import restore_state, strip_state
@@ -20,6 +25,11 @@ from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
 N_STEPS = 20
+"""Steps to try of a controller that is called at every step; of others, the first whole action."""
+
+N_TIMES = 3
+"""How often as long the play lasts from which a tested goal may be learned."""
+
 SEED = 0
 LOSES_ALL = (
     "what it learns at play is lost, since another process tests it: define get_state() and "
@@ -53,6 +63,8 @@ class ControllerCheck:
         backend: where it runs.
         is_tested_elsewhere: whether it is tested in another process than it played in, to which it
             must hand over what it learned.
+        tests_a_goal: whether to play, learn and test a goal in small, too; scene and objects need a
+            shipped goal set.
     """
 
     controller: str
@@ -62,6 +74,7 @@ class ControllerCheck:
     settings: Mapping[str, Any]
     backend: ControllerBackend
     is_tested_elsewhere: bool = False
+    tests_a_goal: bool = False
 
     def findings(self) -> Iterator[Finding]:
         """Run one check after the other, up to the first that fails."""
@@ -79,18 +92,22 @@ class ControllerCheck:
             proxy.seed(SEED)
             task.begin()
             proxy.call("start_intrinsic_phase")
-            first = make_player(proxy, task).play(N_STEPS)
-            yield Finding("plays", True, f"{first.duration} steps")
+            tried = TRIAL_STEPS if identity.action_level else N_STEPS
+            first = make_player(proxy, task).play(tried)
+            yield Finding("plays", True, f"{first.duration:,} steps")
             if identity.learns_across_trials:
                 yield Finding("copies", True, "not needed: one controller meets all goals in order")
             else:
                 proxy.copy().close()
                 yield Finding("copies", True, "each goal gets its own copy")
-            yield self._state(task, proxy, identity)
+            state = self._state(task, proxy, identity)
+            yield state
+        if self.tests_a_goal and state.good:
+            yield self._test(identity, first.duration)
 
     def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
         if not identity.hands_over_state and identity.learns_from_experience:
-            return Finding("state", True, "learns from the recording (not tried here)")
+            return Finding("state", True, "learns from the recording")
         if not identity.hands_over_state and self.is_tested_elsewhere:
             return Finding("state", False, LOSES_ALL)
         if not identity.hands_over_state:
@@ -106,6 +123,29 @@ class ControllerCheck:
             else "set_state(get_state()) gives another state"
         )
         return Finding("state", same, detail)
+
+    def _test(self, identity: Identity, n_steps: int) -> Finding:
+        """Play, learn and test a goal for ``n_steps`` as the commands do."""
+        with temporary_folder("realbench-check-") as folder:
+            play = IntrinsicPhase(
+                self.controller,
+                self.condition,
+                self.objects,
+                self.scene,
+                N_TIMES * n_steps,
+                SEED,
+                folder / "run.h5",
+                settings=self.settings,
+                backend=self.backend,
+            )
+            proxy: ControllerProxy | None = play.run(lambda _: None)
+            if proxy and (identity.hands_over_state or identity.learns_from_experience):
+                proxy.close()
+                proxy = None  # another process would test it
+            plan = plan_test_after(play, None, n_steps)
+            test = ExtrinsicPhase(plan, 1, folder / "score.json")
+            test.run(lambda _: None, proxy=proxy)
+        return Finding("tests", True, f"a goal, after {play.steps:,} steps of play")
 
     @contextmanager
     def _proxy(self, task: Task) -> Iterator[ControllerProxy]:

@@ -94,7 +94,7 @@ def test_check_says_what_runs_and_how_to_run_it(kit: Path) -> None:
     found = json.loads(realbench(kit, "check", CONTROLLER, "--json").stdout)
     assert found["good"]
     assert [one["what"] for one in found["isolated"]] == [
-        *("loads", "is made", "plays", "copies", "state"),
+        *("loads", "is made", "plays", "copies", "state", "tests"),
     ]
 
 
