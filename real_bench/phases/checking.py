@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
@@ -20,7 +18,7 @@ from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.plans import plan_test_after
 from real_bench.phases.player import make_player
 from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
-from real_bench.recording.state import restore_state, strip_state
+from real_bench.recording.state import is_same_state, restore_state, strip_state
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
@@ -112,11 +110,11 @@ class ControllerCheck:
             return Finding("state", False, LOSES_ALL)
         if not identity.hands_over_state:
             return Finding("state", True, "has none to hand over")
-        structure, arrays = strip_state(proxy.get_state())
+        state = proxy.get_state()
+        structure, arrays = strip_state(state)
         with self._proxy(task) as other:
             other.set_state(restore_state(structure, lambda number: arrays[number]))
-            again, others = strip_state(other.get_state())
-        same = structure == again and all(map(np.array_equal, arrays, others))
+            same = is_same_state(state, other.get_state())
         detail = (
             "survives set_state(get_state())"
             if same

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
-
 from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import ResultError
@@ -18,12 +16,17 @@ from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.proxy import Identity
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.recording import Recording
-from real_bench.recording.state import strip_state
+from real_bench.recording.state import is_same_state
 from real_bench.sandbox import Limits, SandboxBackend
 from real_bench.scoring.result import Result
 from real_bench.simulation import load_scene
 from real_bench.verification.bundles import Bundle
 from real_bench.verification.parts import FAILS, HOLDS, NOT_CHECKED, PartOutcome
+
+LEARNS_OTHERWISE = (
+    "after learning again from the recording it acts differently: its state is from another play, "
+    "or holds what no recording shows (--play-again decides)"
+)
 
 
 def check_actions(
@@ -42,17 +45,18 @@ def check_actions(
         RealBenchError: the submission cannot be run.
     """
     wanted: Wanted | None
-    numbers = result.setting.goal_numbers[:n]
-    known = {trial.goal: trial.actions_sha256 for trial in result.trials}
-    recorded = [known[number] for number in numbers if number in known]
-    tests = _Tests(result, bundle, goals, scene, numbers[: len(recorded)], limits)
+    first = sorted(result.trials, key=lambda trial: trial.goal)[:n]
+    if not first:
+        return NOT_CHECKED, "no goal has been tested"
+    recorded = [trial.actions_sha256 for trial in first]
+    tests = _Tests(result, bundle, goals, scene, tuple(trial.goal for trial in first), limits)
     identity = tests.identity
     if result.setting.learned is not None or bundle.recording is None:
         wanted = None
     else:
         wanted = "again" if identity.learns_from_experience else "nothing"
-    if (first := tests.commands(wanted)) != recorded:
-        if tests.commands(wanted) != first:
+    if (acts := tests.commands(wanted)) != recorded:
+        if tests.commands(wanted) != acts:
             return NOT_CHECKED, "it does not act the same twice"
         return FAILS, "tested again, the submission acts differently: these are not its commands"
     goals_text = counted(len(recorded), "goal")
@@ -70,10 +74,7 @@ def check_actions(
         return HOLDS, f"it learns the same again from the recording ({goals_text})"
     if tests.commands("again") != again:
         return NOT_CHECKED, "its learning is not repeatable"
-    return FAILS, (
-        "after learning again from the recording it acts differently: its state is from another "
-        "play, or holds what no recording shows (--play-again decides)"
-    )
+    return FAILS, LEARNS_OTHERWISE
 
 
 def check_play(bundle: Bundle, scene: str | None, limits: Limits) -> PartOutcome:
@@ -110,7 +111,7 @@ def check_play(bundle: Bundle, scene: str | None, limits: Limits) -> PartOutcome
         with Recording(phase.out) as again:
             if again.commands_sha256 != recording.commands_sha256:
                 return FAILS, "it plays differently: this play is not its own, or not repeatable"
-            if not _same_state(recording, again):
+            if not is_same_state(recording.controller_state(), again.controller_state()):
                 return FAILS, "it plays the same, but hands over another state"
     return HOLDS, "it plays the same and hands over the same state"
 
@@ -178,9 +179,3 @@ def _learned_steps(run: Path | None, steps: int) -> int | None:
         return None
     with Recording(run) as recording:
         return None if recording.n_steps == steps else steps
-
-
-def _same_state(one: Recording, other: Recording) -> bool:
-    structure, arrays = strip_state(one.controller_state())
-    again, others = strip_state(other.controller_state())
-    return structure == again and all(map(np.array_equal, arrays, others))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
 from real_bench.source import ControllerSource
 from real_bench.verification.bundles import Bundle
-from real_bench.verification.doing_again import check_actions, check_play
+from real_bench.verification.doing_again import LEARNS_OTHERWISE, check_actions, check_play
 from real_bench.verification.parts import (
     FAILS,
     HOLDS,
@@ -149,7 +149,7 @@ class BundleVerification:
             except RealBenchError as error:
                 verdict, detail = FAILS, str(error)
             parts.append(Part(what, verdict, _without_folder(detail, self.bundle)))
-        return BundleVerdict(self.bundle, score, tuple(parts))
+        return BundleVerdict(self.bundle, score, tuple(_with_state_decided(parts)))
 
     def _check_trials(self, report: OnReplay) -> PartOutcome:
         verdict = ResultVerification(
@@ -218,6 +218,16 @@ class BundleVerification:
         if _any_failed(part for part in before if part.what != "state"):
             return NOT_CHECKED, "other parts do not hold"
         return check_play(self.bundle, self.scene, self.limits)
+
+
+def _with_state_decided(parts: Sequence[Part]) -> Iterator[Part]:
+    """The parts; a state that no recording explains holds if the play that was repeated does."""
+    plays = any(part.what == PLAY and part.verdict == HOLDS for part in parts)
+    for part in parts:
+        if plays and (part.verdict, part.detail) == (FAILS, LEARNS_OTHERWISE):
+            yield Part(part.what, HOLDS, "it acts the same again, and plays to the same state")
+        else:
+            yield part
 
 
 def _any_failed(parts: Iterable[Part]) -> bool:

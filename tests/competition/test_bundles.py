@@ -213,6 +213,38 @@ def test_state_of_another_play_is_found(bundle: Bundle, honest: Path) -> None:
     assert "it plays the same, but hands over another state" in found["detail"]
 
 
+def test_state_that_no_recording_shows_holds_if_the_play_repeats(
+    honest: Path, tmp_path: Path
+) -> None:
+    """It counts its own actions, and learns nothing of them from a recording."""
+    thinking = LEARNER.replace(
+        "        x, y = self._random", "        self.learned += 0.001\n        x, y = self._random"
+    ).replace("if self.learned == 0.0:", "if False:")
+    submission(tmp_path / "submission", thinking)
+    play = ["--scene", "builtin", "--steps", "3000", "--out", "run.h5"]
+    realbench(tmp_path, "intrinsic", "--controller", "submission", "--isolate", *play)
+    test = ["--goals", honest / "goals.npy", "--trial-steps", "1000", "--out", "score.json"]
+    realbench(tmp_path, "extrinsic", "--run", "run.h5", "--isolate", *test)
+    found = verdict(tmp_path, honest)
+    assert parts(found)["state"] == "FAILS"
+    assert "(--play-again decides)" in found["detail"]
+    found = verdict(tmp_path, honest, "--play-again", code=0)
+    assert (parts(found)["state"], parts(found)["play"]) == ("holds", "holds")
+
+
+def test_goals_that_were_tested_out_of_order_are_tried_again(bundle: Bundle, honest: Path) -> None:
+    """With several processes a test that is stopped may lack its first goals."""
+    place = bundle()
+
+    def without_the_first(content: dict[str, Any]) -> None:
+        del content["trials"][0]
+
+    forge(place / "score.json", without_the_first)
+    found = verdict(place, honest, "--allow-incomplete", code=0)
+    assert parts(found)["state"] == "holds"
+    assert "(2 goals)" in next(part["detail"] for part in found["parts"] if part["what"] == "state")
+
+
 def test_another_recording_and_other_commands_are_found(bundle: Bundle, honest: Path) -> None:
     place = bundle()
     shutil.copy(honest / "run2.h5", place / "run.h5")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from copy import deepcopy
 from datetime import date
 from typing import Any
 
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
 from real_bench.errors import RecordingError
-from real_bench.recording.state import check_state, load_state, save_state
+from real_bench.recording.state import check_state, is_same_state, load_state, save_state
 
 NUMBER_TYPES = (
     st_numpy.boolean_dtypes()
@@ -63,6 +64,18 @@ def alike(one: Any, other: Any) -> bool:
 
 
 @settings(deadline=None)
+@given(STATES, ARRAYS)
+def test_a_state_is_the_same_as_itself_alone(state: dict[str, Any], array: np.ndarray) -> None:
+    state = {**state, "nan": np.full(2, np.nan)}
+    assert is_same_state(state, deepcopy(state))
+    assert not is_same_state(state, {**state, "more": array})
+    if array.size:
+        other = np.frombuffer(bytes(255 - byte for byte in array.tobytes()), array.dtype)
+        other = other.reshape(array.shape)
+        if array.dtype != bool:  # whose bytes are 0 and 1
+            assert not is_same_state({"a": array}, {"a": other})
+
+
 @given(STATES)
 def test_a_state_survives_its_file(state: dict[str, Any]) -> None:
     check_state(state)
