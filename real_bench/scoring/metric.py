@@ -51,6 +51,7 @@ class Metric:
         unit: of the number; empty if it has none.
         form: how it is printed.
         higher_is_better: whether more of it is better; None: neither is.
+        highest: the largest that there can be of a trial; None: there is no such number.
         narrow: whether it has a column where room is short, as in an experiment's table.
     """
 
@@ -59,6 +60,7 @@ class Metric:
     unit: str = ""
     form: str = ".3f"
     higher_is_better: bool | None = True
+    highest: Callable[[TrialResult], int] | None = None
     narrow: bool = True
 
     @property
@@ -89,7 +91,7 @@ class Metric:
 SCORE = "score"
 
 METRICS: dict[str, Metric] = {
-    SCORE: Metric("score", lambda trial: trial.score),
+    SCORE: Metric("score", lambda trial: trial.score, highest=lambda trial: len(trial.distances)),
     "distance": Metric(
         "distance",
         lambda trial: sum(trial.distances) / len(trial.distances),
@@ -98,7 +100,11 @@ METRICS: dict[str, Metric] = {
         narrow=False,
     ),
     "success": Metric(
-        "within 3 cm", lambda trial: max(trial.distances) <= NEAR_M, form=".0%", narrow=False
+        "within 3 cm",
+        lambda trial: max(trial.distances) <= NEAR_M,
+        form=".0%",
+        highest=lambda _: 1,
+        narrow=False,
     ),
     "actions": Metric(
         "actions",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from real_bench.errors import ResultError
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.scoring.metric import METRICS, SCORE
+from real_bench.scoring.metric import METRICS, SCORE, Metric
 from real_bench.scoring.result import Result, TrialResult
 from real_bench.scoring.statistics import (
     Floats,
@@ -55,13 +56,13 @@ class ByGoal:
 
 @dataclass(frozen=True)
 class MetricSummary:
-    """A metric over several repeats.
+    """A metric over several plays; one that was tested repeatedly counts once, by its mean.
 
     Attributes:
-        mean: of all values; this and the rest are NaN if a trial lacks the number.
-        standard_error: of the mean over the repeats; None for one.
+        mean: over plays and goals; this and the rest are NaN if a trial lacks the number.
+        standard_error: of the mean over the plays; None for one.
         interval: see :func:`real_bench.scoring.statistics.mean_interval`.
-        interquartile_mean: of all values.
+        interquartile_mean: of the values of each play and goal.
         by_class: mean of each class that has goals, in the paper's order.
         by_repeat: mean of each repeat.
     """
@@ -164,31 +165,35 @@ def _check_matched(groups: Sequence[Sequence[Result]]) -> None:
             for group, numbers in zip(groups, seeds, strict=True)
         )
         raise ResultError(f"each goal set needs results with the same seeds, not {told}")
-    if len(set(seeds[0])) == len(seeds[0]):
-        return
     runs = [[result.setting.run_sha256 for result in group] for group in groups]
-    if any(each != runs[0] for each in runs):
-        raise ResultError(
-            "a seed occurs more than once, and goal sets have results after different "
-            "recordings: it is unclear which belong together"
-        )
+    for seed, *repeat in zip(seeds[0], *runs, strict=True):
+        if len(set(repeat)) > 1:
+            raise ResultError(
+                f"results with seed {seed} are after different recordings: a repeat is one play, "
+                "tested on each goal set"
+            )
 
 
 def summarise_repeats(table: ByGoal) -> RepeatsSummary:
     """The summary of some repeats."""
     summaries = {}
-    for name in METRICS:
+    for name, metric in METRICS.items():
         values = table.values(name)
         by_play = table.by_play(values)
         summaries[name] = MetricSummary(
-            mean=float(values.mean()),
-            standard_error=standard_error(values),
-            interval=mean_interval(by_play, table.classes),
-            interquartile_mean=interquartile_mean(values),
-            by_class=_by_class(values, table.classes),
+            mean=float(by_play.mean()),
+            standard_error=standard_error(by_play),
+            interval=mean_interval(by_play, table.classes, _highest(metric, table)),
+            interquartile_mean=interquartile_mean(by_play),
+            by_class=_by_class(by_play, table.classes),
             by_repeat=tuple(values.mean(axis=1).tolist()),
         )
     return RepeatsSummary(len(table.trials), len(by_play), len(table.keys), summaries)
+
+
+def _highest(metric: Metric, table: ByGoal) -> float:
+    """The largest value that there can be."""
+    return math.inf if metric.highest is None else metric.highest(table.trials[0][0])
 
 
 def _play(result: Result) -> str:

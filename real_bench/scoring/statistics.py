@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -78,7 +79,10 @@ def goals_interval(
 
 
 def plays_interval(
-    values: ArrayLike, classes: Sequence[str], min_plays: int = MIN_PLAYS
+    values: ArrayLike,
+    classes: Sequence[str],
+    min_plays: int = MIN_PLAYS,
+    highest: float = math.inf,
 ) -> Interval | None:
     """The interval of the mean if everything were done again, with new plays and new goals.
 
@@ -93,10 +97,11 @@ def plays_interval(
         values: (n_plays, n_goals).
         classes: of each goal.
         min_plays: with fewer there is no interval.
+        highest: the largest that a value can be.
 
     Returns:
         None for too few plays, fewer than two goals, or if a value is NaN. It is not below 0
-        unless a value is.
+        unless a value is, and not above the highest.
     """
     numbers = np.asarray(values, np.float64)
     n_plays, n_goals = numbers.shape
@@ -118,15 +123,18 @@ def plays_interval(
         * np.sqrt(max(whole - twice, goal_variance))
     )
     low = max(mean - half, 0.0) if (numbers >= 0).all() else mean - half
-    return Interval(low, mean + half, OVER_PLAYS_AND_GOALS)
+    return Interval(low, min(mean + half, highest), OVER_PLAYS_AND_GOALS)
 
 
-def mean_interval(values: ArrayLike, classes: Sequence[str]) -> Interval | None:
+def mean_interval(
+    values: ArrayLike, classes: Sequence[str], highest: float = math.inf
+) -> Interval | None:
     """The interval of a mean over plays and goals: over both if there are enough plays.
 
     Args:
         values: (n_plays, n_goals).
         classes: of each goal.
+        highest: the largest that a value can be.
 
     Returns:
         Over goals alone for fewer than three plays; None if there is none at all.
@@ -134,7 +142,7 @@ def mean_interval(values: ArrayLike, classes: Sequence[str]) -> Interval | None:
     numbers = np.asarray(values, np.float64)
     if len(numbers) < MIN_PLAYS:
         return goals_interval(numbers.mean(axis=0), classes)
-    return plays_interval(numbers, classes)
+    return plays_interval(numbers, classes, highest=highest)
 
 
 def standard_error(values: ArrayLike) -> float | None:

@@ -112,6 +112,18 @@ def test_tests_after_one_play_count_as_one_play() -> None:
     assert summary.score.interval.over == "plays and goals"
 
 
+def test_a_play_counts_once_however_often_it_was_tested() -> None:
+    """Or a mean could lie outside its own interval."""
+    often = [made([0.0, 0.0], seed, run_sha256="8" * 64) for seed in range(8)]
+    once = [made([0.1, 0.1], 9, run_sha256=name * 64) for name in "67"]
+    score = summarise_repeats(by_goal([*often, *once])).score
+    assert score.mean == pytest.approx((1 + 0.25 + 0.25) / 3)
+    assert score.standard_error == pytest.approx(0.75 / 3)
+    assert score.interval is not None
+    assert score.interval.low <= score.mean <= score.interval.high <= 1
+    assert len(score.by_repeat) == 10
+
+
 def test_repeats_must_be_complete() -> None:
     with pytest.raises(ResultError, match="equally many results"):
         by_goal([made([0.1]), made([0.2], seed=1), made([0.2], goals_sha256="7" * 64)])
@@ -129,7 +141,7 @@ def test_repeats_have_one_seed_on_every_goal_set() -> None:
         by_goal([on("a", 0), on("a", 1), on("b", 1), on("b", 2)])
     table = by_goal([on("a", 0, "c"), on("a", 0, "d"), on("b", 0, "d"), on("b", 0, "c")])
     assert table.plays == tuple(f"{run * 64} {run * 64}" for run in "cd")
-    with pytest.raises(ResultError, match="unclear which belong together"):
+    with pytest.raises(ResultError, match="results with seed 0 are after different recordings"):
         by_goal([on("a", 0, "c"), on("a", 0, "d"), on("b", 0, "d"), on("b", 0, "e")])
 
 
