@@ -20,6 +20,7 @@ from real_bench.competition.standing import (
     FailureRecord,
     Standing,
 )
+from real_bench.conditions import Condition
 from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
@@ -73,7 +74,7 @@ class RoundRun:
             RealBenchError: one of them cannot be used, or there is no submission.
         """
         self._goals.check_fits(self._scene, self.round.objects)
-        _ = self._given  # can they be read?
+        self._check_given()
         entries = read_entries(
             self.submissions, self.competition.results_folder, self.round.condition
         )
@@ -260,6 +261,14 @@ class RoundRun:
         current = {} if known is None else known.current
         current |= {entry.standing.key: entry.version for entry in entries}
         return RoundFacts.of(self.competition, self.name, self._goals, current)
+
+    def _check_given(self) -> None:
+        """Raise RecordingError for a given recording that cannot be read, or does not fit."""
+        condition = Condition.parse(self.round.condition)
+        for path, _ in self._given:
+            with Recording(path) as recording:
+                header = recording.header
+            header.check_fits(path, condition, self.round.objects, self._scene.sha256)
 
     @cached_property
     def _given(self) -> list[tuple[Path, int]]:

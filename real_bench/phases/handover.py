@@ -10,11 +10,12 @@ from typing import Literal
 
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerError
+from real_bench.naming import without_folder
 from real_bench.phases.proxy import Identity
 from real_bench.recording import ControllerState, Header, Recording
 from real_bench.scoring.result import Learned
 from real_bench.settings import dotted
-from real_bench.source import ControllerSource, has_code_hash, resolved
+from real_bench.source import ControllerSource, has_code_hash, recorded_name, resolved
 
 Wanted = Literal["keep", "again", "nothing"]
 """What to do in doubt: use what was learned with other code or settings (``keep``), learn again
@@ -63,7 +64,7 @@ def load_handover(
     """
     with Recording(run) as recording:
         header = recording.header
-        if not header.was_made_by(resolved(controller), identity.code_sha256, identity.class_name):
+        if not _may_continue(header, controller, identity):
             return NOTHING
         if steps is not None and steps < recording.n_steps:
             _check_learns_from_a_part(run, controller, identity, wanted)
@@ -94,6 +95,19 @@ def load_handover(
             "learn again from the recording"
         )
     return Handover(state, files, Learned(code_sha256=code, settings=header.settings))
+
+
+def _may_continue(header: Header, controller: str, identity: Identity) -> bool:
+    """Whether what was learned may be this controller's.
+
+    One that was moved and edited is told by its file's name and its class. If it can learn from the
+    recording it does that; otherwise it would be tested untrained, and nobody would notice.
+    """
+    if header.was_made_by(resolved(controller), identity.code_sha256, identity.class_name):
+        return True
+    named = without_folder(header.controller), header.controller_class
+    alike = named == (without_folder(recorded_name(controller)), identity.class_name)
+    return alike and not identity.learns_from_experience
 
 
 def _check_nothing_is_lost(

@@ -72,17 +72,19 @@ class TrialPlan:
     backend: ControllerBackend = field(default_factory=LocalBackend)
 
     def __post_init__(self) -> None:
-        if self.run_steps is None:
-            return
-        if self.run is None or self.run_steps < 1:
+        if self.run_steps is not None and (self.run is None or self.run_steps < 1):
             raise RealBenchError(
                 f"--run-steps must be at least 1, and needs --run: not {self.run_steps}"
             )
+        if self.run is None:
+            return
         with Recording(self.run) as recording:
-            if self.run_steps > recording.n_steps:
-                raise RealBenchError(
-                    f"{self.run} has {recording.n_steps:,} steps, {self.run_steps:,} were asked for"
-                )
+            header, n_steps = recording.header, recording.n_steps
+        header.check_fits(self.run, self.condition, self.goal_set.n_objects, self.scene.sha256)
+        if self.run_steps is not None and self.run_steps > n_steps:
+            raise RealBenchError(
+                f"{self.run} has {n_steps:,} steps, {self.run_steps:,} were asked for"
+            )
 
     def handover(self, identity: Identity) -> Handover:
         """What the controller continues from: nothing if it learns from a part of the recording.

@@ -121,6 +121,11 @@ class Header(BaseModel):
             reasons.append(f"a run in {mine.name} must not reveal positions to {condition.name}")
         return reasons
 
+    def check_fits(self, run: Path, condition: Condition, objects: int, scene_sha256: str) -> None:
+        """Raise RecordingError, which names the file ``run``, if a test cannot use this run."""
+        if reasons := self.mismatches(condition, objects, scene_sha256):
+            raise RecordingError(f"{run} does not fit this test: {'; '.join(reasons)}")
+
     def check_state_is_allowed(self, condition: Condition) -> None:
         """Raise RecordingError if what was learned could reveal positions to an I condition."""
         if Condition.parse(self.condition).sees_objects and not condition.sees_objects:

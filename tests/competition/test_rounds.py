@@ -157,6 +157,12 @@ def test_submissions_can_learn_from_given_recordings(place: Path) -> None:
     row = rows_of(place)["planner"]
     assert row["status"] == "scored"
     assert row["summary"]["n_plays"] == 2
+    other = ["--controller", "real_r", "--condition", "OJ", "--scene", "builtin"]
+    other += ["--objects", "2", "--steps", "1000", "--out", "run2.h5", "--overwrite"]
+    realbench(place, "intrinsic", *other)
+    refused = realbench(place, "round", "run", "submissions", path, code=1).stderr
+    assert "run2.h5 does not fit this test: it has 2 objects, not 1" in refused
+    assert "its condition is OJ, not OM" in refused
 
 
 @pytest.mark.parametrize(

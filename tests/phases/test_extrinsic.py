@@ -7,11 +7,18 @@ import signal
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
 from real_bench.conditions import Condition
-from real_bench.errors import ControllerError, PhysicsError, RealBenchError, ResultError
+from real_bench.errors import (
+    ControllerError,
+    PhysicsError,
+    RealBenchError,
+    RecordingError,
+    ResultError,
+)
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase, _differences
 from real_bench.phases.intrinsic import IntrinsicPhase
@@ -80,6 +87,21 @@ def test_state_of_another_controller_is_not_loaded(play: Play, face_goals: FaceG
     assert face_goals(other, run=run, n_trials=1, trial_steps=100).trials == alone.trials
 
 
+def test_moved_and_edited_controller_is_not_tested_untrained_in_silence(
+    play: Play, face_goals: FaceGoals, tmp_path: Path
+) -> None:
+    code = Path(toy("series:Macros").partition(":")[0]).read_text()
+    for folder, more in (("a", ""), ("b", "# edited\n")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "series.py").write_text(code + more)
+    run = play(f"{tmp_path}/a/series.py:Macros", 2000)
+    moved = f"{tmp_path}/b/series.py:Macros"
+    with pytest.raises(ControllerError, match="with different code: use --keep-learned"):
+        face_goals(moved, run=run, n_trials=1, trial_steps=100)
+    kept = face_goals(moved, run=run, n_trials=1, trial_steps=100, wanted="keep")
+    assert kept.setting.learned is not None
+
+
 def test_scores_follow_from_the_final_poses(face_goals: FaceGoals, goals: GoalSet) -> None:
     for trial, goal in zip(face_goals("real_r").trials, goals.goals, strict=True):
         ends = np.array(trial.final_poses)[:, :3]
@@ -122,6 +144,18 @@ def test_bad_test_options_are_refused(
     with pytest.raises(RealBenchError, match=complaint):
         face_goals(**{"controller": "real_r", **change})
     assert list(tmp_path.iterdir()) == []
+
+
+def test_no_plan_has_a_recording_that_does_not_fit(play: Play, make_plan: MakePlan) -> None:
+    """Whoever makes it: a command, a table or a round."""
+    run = play(toy("series:Macros"), 1000)
+    assert make_plan("real_r", run=run).run == run
+    with pytest.raises(RecordingError, match="its condition is OM, not OJ"):
+        make_plan("real_r", "OJ", run=run)
+    with h5py.File(run, "r+") as file:
+        file.attrs["control_version"] = 1
+    with pytest.raises(RecordingError, match=r"this realbench has 2.* \(play again\)"):
+        make_plan("real_r", run=run)
 
 
 @pytest.mark.parametrize(
