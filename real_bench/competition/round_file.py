@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar
@@ -14,6 +14,7 @@ from real_bench.competition.spec import Competition
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
 from real_bench.scoring.result import Result
+from real_bench.simulation import Scene
 
 
 class RoundFacts(KeptRecord):
@@ -25,6 +26,8 @@ class RoundFacts(KeptRecord):
         goals: where the goal set was.
         goals_sha256, n_goals: of its content.
         hidden: whether the goals must not be shown.
+        scene_sha256: of the scene; empty in files of old.
+        recordings: hashes of those to learn from, if they are given; none in files of old.
         seeds: of its repeats; none in files of old, where all results count.
         current: by the key of each submission, the version of it that was handed in last; a
             withdrawn one keeps its last.
@@ -49,12 +52,20 @@ class RoundFacts(KeptRecord):
     n_goals: int
     hidden: bool
     commitment: str
+    scene_sha256: str = ""
+    recordings: tuple[str, ...] = ()
     seeds: tuple[int, ...] = ()
     current: dict[str, str] = Field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, competition: Competition, name: str, goals: GoalSet, current: Mapping[str, str]
+        cls,
+        competition: Competition,
+        name: str,
+        goals: GoalSet,
+        scene: Scene,
+        recordings: Sequence[str],
+        current: Mapping[str, str],
     ) -> RoundFacts:
         """The facts of a round, with the current version of each submission."""
         chosen = competition.rounds[name]
@@ -69,6 +80,8 @@ class RoundFacts(KeptRecord):
             title=competition.title,
             name=name,
             scene=competition.scene_source,
+            scene_sha256=scene.sha256,
+            recordings=tuple(recordings),
             repeats=len(chosen.seeds),
             seeds=tuple(chosen.seeds),
             current=dict(current),
@@ -91,7 +104,11 @@ class RoundFacts(KeptRecord):
         }
         if self.play == "own":
             expected["run_steps"] = self.steps
+        if self.scene_sha256:
+            expected["scene_sha256"] = self.scene_sha256
         if self.seeds and setting.seed not in self.seeds:
+            return False
+        if self.recordings and setting.run_sha256 not in self.recordings:
             return False
         return all(getattr(setting, name) == value for name, value in expected.items())
 

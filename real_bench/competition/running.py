@@ -25,7 +25,7 @@ from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
 from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
-from real_bench.files import check_folder
+from real_bench.files import check_folder, file_sha256
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.locks import write_lock
 from real_bench.recording import Recording
@@ -163,8 +163,10 @@ class RoundRun:
             standing = self._standing(entry)
             if entry.folder is not None and not standing.failures:
                 states = [state_of(test) for _, test in self.jobs(entry)]
-                done = all(state.reached == "done" for state in states)
+                states = [state for state in states if not state.mismatches]
                 tests = [state.result for state in states if state.result]
+                finished = [state for state in states if state.reached == "done"]
+                done = len(finished) == len(self.round.seeds)
                 seconds = sum(sum(test.seconds.values()) for test in tests)
                 changes = {"status": SCORED if done else WAITING, "seconds": seconds}
                 standing = standing.model_copy(update=changes)
@@ -260,7 +262,10 @@ class RoundRun:
         known = RoundFacts.load(self.folder)
         current = {} if known is None else known.current
         current |= {entry.standing.key: entry.version for entry in entries}
-        return RoundFacts.of(self.competition, self.name, self._goals, current)
+        recordings = [file_sha256(path) for path, _ in self._given]
+        return RoundFacts.of(
+            self.competition, self.name, self._goals, self._scene, recordings, current
+        )
 
     def _check_given(self) -> None:
         """Raise RecordingError for a given recording that cannot be read, or does not fit."""

@@ -9,7 +9,6 @@ from typing import ClassVar
 
 from real_bench.competition.kept import KeptRecord
 from real_bench.competition.standing import Standing
-from real_bench.files import file_sha256
 from real_bench.verification import BundleVerdict
 
 
@@ -53,7 +52,7 @@ def keep_verdicts(verdicts: Sequence[BundleVerdict]) -> None:
         if worst.is_undecided:
             continue
         KeptVerdict(
-            results=tuple(file_sha256(verdict.bundle.result) for verdict in mine),
+            results=tuple(verdict.result_sha256 for verdict in mine),
             holds=worst.holds,
             unchecked=worst.unchecked,
             detail=worst.detail,

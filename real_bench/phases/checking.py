@@ -113,6 +113,7 @@ class ControllerCheck:
         state = proxy.get_state()
         structure, arrays = strip_state(state)
         with self._proxy(task) as other:
+            other.seed(SEED)
             other.set_state(restore_state(structure, lambda number: arrays[number]))
             same = is_same_state(state, other.get_state())
         detail = (

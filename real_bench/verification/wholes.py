@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import Interrupted, RealBenchError
+from real_bench.files import file_sha256
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
@@ -37,11 +38,13 @@ class BundleVerdict:
 
     Attributes:
         bundle: what was verified.
+        result_sha256: hash of the result's file as it was verified; empty if it cannot be read.
         score: as recorded; None if the result cannot be read.
         parts: the verdicts on its parts.
     """
 
     bundle: Bundle
+    result_sha256: str
     score: float | None
     parts: tuple[Part, ...]
 
@@ -128,10 +131,10 @@ class BundleVerification:
         """
         try:
             result = load_result(self.bundle.result)
-            score = result.score
+            score, sha256 = result.score, file_sha256(self.bundle.result)
         except RealBenchError as error:
             detail = _without_folder(str(error), self.bundle)
-            return BundleVerdict(self.bundle, None, (Part("result", FAILS, detail),))
+            return BundleVerdict(self.bundle, "", None, (Part("result", FAILS, detail),))
         parts: list[Part] = []
         checks: dict[str, Callable[[], PartOutcome]] = {
             "trials": lambda: self._check_trials(report),
@@ -149,7 +152,7 @@ class BundleVerification:
             except RealBenchError as error:
                 verdict, detail = FAILS, str(error)
             parts.append(Part(what, verdict, _without_folder(detail, self.bundle)))
-        return BundleVerdict(self.bundle, score, tuple(_with_state_decided(parts)))
+        return BundleVerdict(self.bundle, sha256, score, tuple(_with_state_decided(parts)))
 
     def _check_trials(self, report: OnReplay) -> PartOutcome:
         verdict = ResultVerification(

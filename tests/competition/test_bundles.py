@@ -13,7 +13,8 @@ from typing import Any
 import h5py
 import pytest
 
-from real_bench.competition.verified import KeptVerdict, keep_verdicts
+from real_bench.competition.verified import KeptVerdict, keep_verdicts, load_verified
+from real_bench.files import file_sha256
 from real_bench.goal_sets import (
     generate_goal_set,
     load_goal_set,
@@ -332,7 +333,7 @@ def made_verdict(home: Path, name: str, *verdicts: str) -> BundleVerdict:
     result = home / name
     result.write_text(name)
     made = tuple(Part(f"part{number}", verdict, "") for number, verdict in enumerate(verdicts))
-    return BundleVerdict(Bundled(result, None, None), 0.5, made)
+    return BundleVerdict(Bundled(result, None, None), file_sha256(result), 0.5, made)
 
 
 @pytest.mark.parametrize(
@@ -354,6 +355,16 @@ def test_worst_verdict_of_several_is_kept(
     )
     found = KeptVerdict.load(tmp_path)
     assert (found and (found.holds, found.unchecked)) == kept
+
+
+def test_verdict_is_of_the_file_that_was_verified(tmp_path: Path) -> None:
+    """Which may have changed during the hours that this took."""
+    (tmp_path / "standing.json").write_text("{}")
+    verdict = made_verdict(tmp_path, "0.json", "holds")
+    verdict.bundle.result.write_text("another")
+    keep_verdicts([verdict])
+    assert load_verified(tmp_path, [verdict.result_sha256]) is not None
+    assert load_verified(tmp_path, [file_sha256(verdict.bundle.result)]) is None
 
 
 def test_options_that_do_not_apply_are_refused(bundle: Bundle) -> None:

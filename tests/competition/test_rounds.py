@@ -14,6 +14,9 @@ from typing import Any
 import pytest
 
 from real_bench.competition.entries import Entry, read_entries
+from real_bench.competition.round_file import load_round
+from real_bench.competition.running import RoundRun
+from real_bench.competition.spec import read_competition
 from real_bench.scoring.result import load_result
 from real_bench.submissions.packing import pack
 from tests.cli.shell import killed_at_work, realbench
@@ -157,6 +160,15 @@ def test_submissions_can_learn_from_given_recordings(place: Path) -> None:
     row = rows_of(place)["planner"]
     assert row["status"] == "scored"
     assert row["summary"]["n_plays"] == 2
+    again = ["--steps", "3000", "--seed", "3", "--out", place / "run2.h5", "--overwrite"]
+    realbench(place, "intrinsic", *play, *again)
+    changed = RoundRun(read_competition(path), "first", place / "submissions")
+    entries = changed.prepare()
+    changed.missing(entries, overwrite=True)  # the round is another one now
+    assert [standing.status for standing in changed.settle(entries)] == ["waiting"]
+    facts = load_round(changed.folder)
+    results = sorted(changed.folder.glob("*/seed*.json"))
+    assert [facts.includes(load_result(result)) for result in results] == [True, False]
     other = ["--controller", "real_r", "--condition", "OJ", "--scene", "builtin"]
     other += ["--objects", "2", "--steps", "1000", "--out", "run2.h5", "--overwrite"]
     realbench(place, "intrinsic", *other)
