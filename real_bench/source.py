@@ -244,7 +244,7 @@ def _offers_at(folders: tuple[tuple[str, int], ...]) -> dict[str, EntryPoint]:
 def has_code_hash(source: ControllerSource, sha256: str) -> bool:
     """Whether this is the code with that hash.
 
-    Recordings and results from before 0.2 have the hash of the one file that defines the class.
+    Early recordings and results have the hash of the one file that defines the class.
     """
     if source.submission is not None:
         return source.code_sha256 == sha256

@@ -10,6 +10,8 @@ from typing import Any
 
 import click
 
+from real_bench.cli.outputs import with_inputs_kept
+
 
 @dataclass
 class Common:
@@ -41,6 +43,7 @@ def with_common_options(command: click.Command) -> click.Command:
     if isinstance(more, click.Group):
         more.commands = {name: with_common_options(each) for name, each in more.commands.items()}
     else:
+        more = with_inputs_kept(more)
         more.params = [*more.params, *_OPTIONS]
     return more
 

@@ -147,8 +147,8 @@ class IntrinsicPhase:
     def _log_what_is_lost(self, identity: Identity) -> None:
         if not (identity.hands_over_state or identity.learns_from_experience):
             log.info(
-                "it has no get_state(): what it learns is lost after the play, except in "
-                "`realbench evaluate`"
+                "it has neither get_state() nor use_experience(): if it learns, only "
+                "`realbench evaluate` tests what it learned"
             )
 
     def _files(self, resume: bool) -> Mapping[str, bytes]:

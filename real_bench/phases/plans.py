@@ -202,7 +202,7 @@ def _recorded_options(
             "scene": header.scene_source,
             "steps": recording.total_steps,
             "seed": header.seed,
-            "images": header.images,
+            "images": header.images or None,  # where none were wanted, as it was then
             "settings": recorded_settings(header, controller, backend),
         }
 

@@ -56,8 +56,8 @@ class Header(BaseModel):
         controller: as the user named it, of a file without its folder.
         controller_source: the same, with the whole path of a file, so that it is found again here.
         controller_class: the class that it is.
-        controller_sha256: hash of all code that it could import as its own (before 0.2, of the file
-            that defines it).
+        controller_sha256: hash of all code that it could import as its own (in early
+            recordings, of the file that defines it).
         settings: of the controller, whole; empty where it has none.
         images: whether camera images are recorded.
         versions: of Python and the packages that can change the outcome, and the physics.

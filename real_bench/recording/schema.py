@@ -17,7 +17,7 @@
                            packages were from there on; a fresh world began there
     /controller_state      what the controller hands over
     /controller_files      what an isolated controller wrote into its working directory, by name
-                           (absent in recordings from before 0.2)
+                           (absent in early recordings)
 
 Tables have a column for each number (joint_positions_0 ... joint_positions_8, cube_x ... cube_qw;
 see :mod:`real_bench.recording.columns`) and are packed by gzip, so that plain h5py and pandas read

@@ -70,10 +70,10 @@ class Setting(_Record):
         condition, objects, object_names, scene, scene_sha256: of the test.
         control_version: of the way of control; 1 in results made before it was kept.
         controller, controller_sha256: as named by the user, of a file without its folder; hash of
-            all its code (before 0.2, of the file that defines it).
+            all its code (in early results, of the file that defines it).
         settings: of the controller, whole; empty where it has none.
         learned: what made the state that it continued from; None if there was none (and in
-            results from before 0.2).
+            early results).
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
         goals_sha256: hash of the goal set's content.
         n_goals: how many goals the set has; None if an old result does not say.

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from real_bench.errors import SubmissionError, faults
 from real_bench.fields import ConditionName
+from real_bench.nearest import unknown_name_hint
 from real_bench.yaml_files import read_mapping
 
 MANIFEST = "submission.yaml"
@@ -133,7 +134,8 @@ def read_submission(folder: Path) -> Submission:
     try:
         submission = Submission.model_validate({**values, "folder": folder.resolve()})
     except ValidationError as error:
-        raise SubmissionError(f"{path} is not valid: {faults(error)}") from error
+        found = faults(error, unknown=unknown_name_hint(Submission, {"folder"}))
+        raise SubmissionError(f"{path} is not valid: {found}") from error
     if not submission.file.is_file() or submission.file.is_symlink():
         raise SubmissionError(f"{path} is not valid: entry: file not found: {submission.entry}")
     return submission

@@ -121,5 +121,6 @@ class ResultChecks:
         if not is_tested_code:
             where = self.notes if controller is None else self.faults
             where.append(
-                f"controller {quoted(named)}, as it is here, is not the one that was tested"
+                f"controller {quoted(named)}, as it is here, is not the one that was tested "
+                "(all code in its folder and below counts)"
             )

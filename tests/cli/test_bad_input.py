@@ -141,6 +141,23 @@ def test_extrinsic_refuses_bad_input(place: Path, arguments: tuple[str, ...], me
     assert message in refusal(place, *TEST, *arguments, code=3 if BAD[1][1] in arguments else 1)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ((*TEST, "--run", "run.h5", "--out", "run.h5"), "--out run.h5 is also --run"),
+        ((*TEST, "--out", "run.h5"), "--out run.h5 is also --run"),  # by default
+        ((*TEST, "--goals", "goals.npy", "--out", "./goals.npy"), "is also --goals"),
+        ((*PLAY, "--controller", "empty.py:A", "--out", "empty.py"), "is also --controller"),
+        (("report", "run.h5", "--out", "run.h5"), "--out run.h5 is also an input"),
+        (("film", "run.h5", "--out", "run.h5"), "--out run.h5 is also an input"),
+    ],
+)
+def test_no_command_writes_over_what_it_reads(
+    place: Path, arguments: tuple[str, ...], told: str
+) -> None:
+    assert told in refusal(place, *arguments, "--overwrite", code=2)
+
+
 def test_goals_of_another_scene_are_refused(place: Path, official_scene: Scene) -> None:
     shipped = refusal(place, *TEST, "--goals", str(shipped_goal_set(1)))
     assert "the goals were made in scene official" in shipped
@@ -182,7 +199,7 @@ def test_failing_controller_keeps_what_was_recorded(
     done = realbench(tmp_path, *arguments, code=4)
     controller, forgets, *others, fault = done.stderr.splitlines()
     assert controller.startswith("controller: class C of ")
-    assert "it has no get_state()" in forgets
+    assert "it has neither get_state() nor use_experience()" in forgets
     assert len(others) == (name == "key")  # a warning, as in the official package
     assert f"controller {name}.py" in fault
     assert message in done.stderr

@@ -128,7 +128,7 @@ def test_check_finds_what_would_fail_after_hours_of_play(
         ({"requirements": ["not a requirement!"]}, "requirements: "),
         ({"requirements": ["a @ https://example.org/a.whl"]}, "not an address"),
         ({"requirements": ["-r other.txt"]}, "requirements: "),
-        ({"extra": 1}, "extra: "),
+        ({"setings": {}}, "setings: unknown name, did you mean settings?"),
         ({"settings": {"levels": 3}}, "has no settings, got levels"),
     ],
 )

@@ -117,7 +117,7 @@ def test_check_finds_a_controller_that_cannot_be_copied(kit: Path) -> None:
 
 def test_missing_get_state_is_warned_of_and_refused_in_tests(kit: Path) -> None:
     done = realbench(kit, "intrinsic", *WHOM, *PLAY)
-    assert "it has no get_state(): what it learns is lost after the play" in done.stderr
+    assert "it has neither get_state() nor use_experience()" in done.stderr
     done = realbench(kit, "extrinsic", *TEST, code=1)
     assert "does not hold what it learned" in done.stderr
     assert "realbench evaluate" in done.stderr

@@ -1,0 +1,58 @@
+"""No command writes over a file that it reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+from real_bench import defaults
+from real_bench.naming import CONTROLLER_FILE
+
+OUTPUTS = ("out", "junit", "markdown")
+"""The options that name a file to be written."""
+
+
+def with_inputs_kept(command: click.Command) -> click.Command:
+    """Let a command refuse an output that is one of its inputs, whatever else it was told."""
+    run = command.callback
+    assert run is not None
+
+    @wraps(run)
+    def checked(*arguments: Any, **given: Any) -> Any:
+        _check(click.get_current_context())
+        return run(*arguments, **given)
+
+    command.callback = checked
+    return command
+
+
+def _check(context: click.Context) -> None:
+    """Raise UsageError if an output exists and is another file that the command was told."""
+    told = [(option, path) for option, path in _files(context) if path.is_file()]
+    for output, out in told:
+        for other, path in told:
+            if output.name in OUTPUTS and other.name != output.name and out.samefile(path):
+                raise click.UsageError(
+                    f"{_named(output)} {out} is also {_named(other)}: give another file", context
+                )
+
+
+def _files(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
+    """All files that the command line names, or that are taken by default."""
+    for parameter in context.command.params:
+        value = context.params.get(parameter.name or "")
+        if parameter.name == "run" and value is None:
+            value = defaults.RUN
+        if parameter.name == "controller" and (file := CONTROLLER_FILE.fullmatch(value or "")):
+            value = Path(file["file"])
+        for each in value if isinstance(value, tuple) else (value,):
+            if isinstance(each, Path):
+                yield parameter, each
+
+
+def _named(parameter: click.Parameter) -> str:
+    return parameter.opts[0] if isinstance(parameter, click.Option) else "an input"
