@@ -159,10 +159,10 @@ class IntrinsicPhase:
 
     def _recorder(self, header: Header, resume: bool, overwrite: bool) -> Recorder:
         size = self.condition.control_type.size
-        if resume:
+        if resume and _has_begun(self.out):
             return Recorder.resume(self.out, header, size, self.steps)
-        camera = self.scene.manifest.camera
-        return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=overwrite)
+        camera, replace = self.scene.manifest.camera, overwrite or resume
+        return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=replace)
 
     def _begin(self, task: Task, proxy: ControllerProxy, recorder: Recorder) -> None:
         """Put world and controller at the start of the phase, or where it was interrupted."""
@@ -300,6 +300,12 @@ class _Play:
             self._recorder.checkpoint(self._proxy.get_state())
             now = time.monotonic()
             self._next_checkpoint = now + min(99 * (now - began), MAX_CHECKPOINT_INTERVAL_S)
+
+
+def _has_begun(run: Path) -> bool:
+    """Whether a recording holds anything; one killed before its first action holds nothing."""
+    with Recording(run) as recording:
+        return bool(recording.n_states)
 
 
 def _moved(before: NDArray[np.float64], after: NDArray[np.float64]) -> bool:

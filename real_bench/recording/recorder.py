@@ -121,6 +121,8 @@ class Recorder:
     def resume(cls, path: Path, header: Header, command_size: int, steps: int) -> Recorder:
         """Continue a recording after its last action; ``header`` is that of the new part.
 
+        It must have a state to continue from.
+
         Raises:
             RecordingError: the recording has other settings, or is longer than ``steps``.
         """
@@ -209,8 +211,6 @@ class Recorder:
         self.ended = recording.ended and self.n_steps >= self._total_steps
         self._n_states, self._n_commands = recording.n_states, recording.n_commands
         self._commands_sha256 = recording.commands_sha256
-        if not recording.n_states:
-            return
         self.resume_point = ResumePoint(
             object_poses=recording.object_poses[-1],
             joint_positions=recording.states["joint_positions"][-1],

@@ -17,6 +17,7 @@ from real_bench.errors import ControllerError, RecordingError
 from real_bench.naming import shareable_name
 from real_bench.recording import Recording, recorder
 from real_bench.recording.writer import AppendOnlyFile
+from real_bench.source import ControllerSource
 from tests.phases.conftest import Play, toy
 from tests.recording.bench import SCENE, realbench, recorded_steps, run, start, wait_for
 
@@ -98,6 +99,26 @@ def test_play_that_goes_on_is_not_tested_and_a_stopped_one_is_told_from_a_whole(
     assert tested.returncode == 0, tested.stderr
     n_steps = recorded_steps(tmp_path / "run.h5")
     assert f"run.h5 ends after {n_steps:,} of 15,000,000 steps" in tested.stderr
+
+
+def test_play_killed_before_its_first_action_begins_anew(play: Play, tmp_path: Path) -> None:
+    """With the code that plays then, not with that which was killed."""
+    dies = "import os, signal\n\n\ndef die():\n    os.kill(os.getpid(), signal.SIGKILL)\n"
+    code = Path(toy("series:Macros").partition(":")[0]).read_text()
+    (tmp_path / "mine.py").write_text(
+        f"{code}\n\n{dies}\n\nclass Mine(Macros):\n    def next_action(self, observation):\n"
+        "        die()\n        return super().next_action(observation)\n"
+    )
+    command = realbench(*PLAY, "--controller", "mine.py:Mine", "--steps", "2000")
+    assert run(command, tmp_path).returncode == -signal.SIGKILL
+    assert recorded_steps(tmp_path / "run.h5") == 0
+    mended = (tmp_path / "mine.py").read_text().replace("        die()\n", "")
+    (tmp_path / "mine.py").write_text(mended)
+    assert run(command, tmp_path).returncode == 0
+    with Recording(tmp_path / "run.h5") as recording:
+        assert (recording.n_steps, recording.cuts) == (2000, [])
+        now = ControllerSource.of(f"{tmp_path}/mine.py:Mine").code_sha256
+        assert recording.header.controller_sha256 == recording.code_sha256 == now
 
 
 def test_pressing_ctrl_c_twice_loses_no_action(play: Play, tmp_path: Path) -> None:
