@@ -21,7 +21,7 @@ from real_bench.source import ControllerSource, is_ignored
 from real_bench.submissions import FROZEN, MANIFEST, read_submission
 from real_bench.submissions.blame import as_submission_error
 from real_bench.submissions.packing import copy_submission, files_to_submit, open_submission
-from real_bench.submissions.requirements import packages_of
+from real_bench.submissions.requirements import UnreachableError, packages_of
 
 MAX_KEY_LENGTH = 80
 
@@ -34,7 +34,7 @@ class Entry:
 
     Attributes:
         standing: what it says of itself, and why it was refused, if so.
-        folder: its files, frozen; None if it was refused.
+        folder: its files, frozen; None if it was refused, or cannot be run now.
     """
 
     standing: Standing
@@ -158,7 +158,7 @@ def _freeze(folder: Path, to: Path) -> None:
 
 
 def _with_packages(entry: Entry, condition: str) -> Entry:
-    """The entry with its packages installed, or refused."""
+    """The entry with its packages installed, or refused, or waiting for the package index."""
     assert entry.folder is not None
     try:
         with as_submission_error("its packages cannot be installed"):
@@ -167,10 +167,10 @@ def _with_packages(entry: Entry, condition: str) -> Entry:
                 made_for = submission.condition
                 raise SubmissionError(f"it is made for {made_for}, but the round is {condition}")
             packages_of(submission)
-    except ControllerError as error:
+    except (ControllerError, UnreachableError) as error:
         detail = _text(str(error).replace(f"{entry.folder}/", ""))
-        changes = {"status": REFUSED, "detail": detail}
-        return Entry(entry.standing.model_copy(update=changes), None)
+        status = REFUSED if isinstance(error, ControllerError) else WAITING
+        return Entry(entry.standing.model_copy(update={"status": status, "detail": detail}), None)
     return entry
 
 

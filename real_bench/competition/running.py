@@ -226,14 +226,15 @@ class RoundRun:
         }
 
     def _register(self, entry: Entry) -> None:
-        """Make its folder and store what it says of itself; what is there already stays."""
+        """Make its folder and store what it says of itself; a score that is there already stays."""
         home = self.home(entry)
         check_folder(home, make=True)
         known = Standing.load(home)
-        if known is None or entry.folder is None or known.status == REFUSED:
-            failures = {} if known is None else known.failures
-            if not failures:
-                entry.standing.save(home)
+        undecided = known is None or known.status in (REFUSED, WAITING)
+        if known is not None and known.failures:
+            return
+        if undecided or entry.standing.status == REFUSED:
+            entry.standing.save(home)
 
     def _standing(self, entry: Entry) -> Standing:
         return Standing.load(self.home(entry)) or entry.standing

@@ -23,7 +23,14 @@ from real_bench.submissions.manifest import WHEELS, Submission
 SECONDS_TO_INSTALL = 1800
 DONE = "installed.json"
 
+UNREACHABLE = ("connection broken by", "Could not fetch URL")
+"""What pip says, among else, if it gets no answer; then nobody knows whether a package exists."""
+
 log = logging.getLogger(__name__)
+
+
+class UnreachableError(RealBenchError):
+    """No package can be installed now, which is no fault of a submission."""
 
 
 def packages_of(submission: Submission) -> Path | None:
@@ -31,6 +38,7 @@ def packages_of(submission: Submission) -> Path | None:
 
     Raises:
         SubmissionError: they cannot be installed.
+        UnreachableError: the package index does not answer.
         RealBenchError: they cannot be stored.
     """
     if not submission.requirements:
@@ -120,8 +128,14 @@ def _run(command: list[str], submission: Submission) -> None:
         )
     except subprocess.TimeoutExpired as error:
         raise _install_error(submission, f"it took more than {SECONDS_TO_INSTALL:,} s") from error
+    output = f"{done.stdout}\n{done.stderr}"
+    if done.returncode and any(sign in output for sign in UNREACHABLE):
+        raise UnreachableError(
+            f"{submission.name}: the package index cannot be reached, so its requirements are not "
+            f"installed: try again later ({_failure_reason(output)})"
+        )
     if done.returncode:
-        raise _install_error(submission, _failure_reason(f"{done.stdout}\n{done.stderr}"))
+        raise _install_error(submission, _failure_reason(output))
 
 
 def _failure_reason(pip_output: str) -> str:

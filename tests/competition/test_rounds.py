@@ -177,6 +177,22 @@ def test_submissions_can_learn_from_given_recordings(place: Path) -> None:
     assert "its condition is OJ, not OM" in refused
 
 
+def test_package_index_that_does_not_answer_is_no_fault_of_a_submission(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It waits for it; one that was scored stays scored."""
+    for name, value in (("INDEX_URL", "http://127.0.0.1:9/simple"), ("RETRIES", "1")):
+        monkeypatch.setenv(f"PIP_{name}", value)
+    submission(place / "submissions" / "needs", GOOD, requirements=["no-such-package-here"])
+    held = RoundRun(read_competition(rounds(place)), "first", place / "submissions")
+    (entry,) = held.prepare()
+    assert (entry.folder, entry.standing.status) == (None, "waiting")
+    assert "the package index cannot be reached" in entry.standing.detail
+    assert not held.missing([entry]).scorings
+    entry.standing.model_copy(update={"status": "scored"}).save(held.home(entry))
+    assert [standing.status for standing in held.settle(held.prepare())] == ["scored"]
+
+
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
