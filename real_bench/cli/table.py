@@ -74,6 +74,11 @@ def table(
     if init:
         _write_template(spec, overwrite=overwrite)
         return
+    if resume and scheduler:
+        raise click.UsageError(
+            "--resume continues recordings that are on this machine; jobs of a --scheduler start "
+            "over: leave out one of them"
+        )
     isolation.check()
     limits = Limits(**isolation.limits)
     experiment = Experiment(read_spec(spec), jobs, scheduler, isolation.isolate, limits)

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
+from real_bench.quoting import quoted
 from real_bench.version import __version__
 
 FIELDS_TO_RESUME = (
@@ -89,15 +90,21 @@ class Header(BaseModel):
     def differences(self, other: Header) -> list[str]:
         """Why a run with another header cannot continue this one, as ``field: mine, not yours``."""
         changed = [
-            field for field in FIELDS_TO_RESUME if getattr(self, field) != getattr(other, field)
+            f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}"
+            for field in FIELDS_TO_RESUME
+            if getattr(self, field) != getattr(other, field)
         ]
         if not self.was_made_by(
             other.controller_source, other.controller_sha256, other.controller_class
         ):
-            changed.append("controller")
-        return [
-            f"{field}: {getattr(self, field)!r}, not {getattr(other, field)!r}" for field in changed
-        ]
+            changed.append(f"controller: {self._controller}, not {other._controller}")
+        return changed
+
+    @property
+    def _controller(self) -> str:
+        """The controller by all that tells it from another: place, class and code."""
+        code = self.controller_sha256[:12]
+        return f"class {self.controller_class} of {quoted(self.controller_source)} ({code})"
 
     def was_made_by(self, controller_source: str, source_sha256: str, class_name: str) -> bool:
         """Whether the run was made by this controller: of the same place, or the same code."""
