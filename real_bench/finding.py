@@ -16,6 +16,7 @@ from typing import Any
 from real_bench.blame import blame
 from real_bench.controller import BasePolicy, Controller
 from real_bench.errors import ControllerError, SubmissionError
+from real_bench.nearest import did_you_mean
 from real_bench.source import ControllerSource, installed, is_ignored
 
 SUBMITTED = "SubmittedPolicy"
@@ -51,7 +52,9 @@ def find_controller(spec: str) -> type[Any]:
         else _choose_class(module, spec)
     )
     if named is None:
-        raise SubmissionError(f"controller {spec}: class not found: {source.class_name}")
+        classes = [name for name, value in vars(module).items() if inspect.isclass(value)]
+        hint = did_you_mean(source.class_name, classes)
+        raise SubmissionError(f"controller {spec}: class not found: {source.class_name}{hint}")
     return _check_class(named, spec)
 
 

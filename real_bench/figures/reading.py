@@ -42,7 +42,7 @@ def _finished_only(tested: Sequence[Tested]) -> tuple[Tested, ...]:
     for one in tested:
         if not one.result.is_finished:
             done = f"{len(one.result.trials)} of {len(one.result.setting.goal_numbers)} trials"
-            log.info("%s is not used: it has %s", one.file, done)
+            log.info("%s is in no figure: its test is not finished (%s)", one.file, done)
     finished = tuple(one for one in tested if one.result.is_finished)
     check_same_goals(finished)
     return finished

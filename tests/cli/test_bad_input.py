@@ -16,7 +16,15 @@ PLAY = ("intrinsic", "--scene", "builtin", "--condition", "OM")
 BAD = [
     ("--controller", controller)
     for controller in (
-        *("broken.py", "raising.py", "quit.py", "empty.py", "two.py", "two.py:C"),
+        *(
+            "broken.py",
+            "raising.py",
+            "quit.py",
+            "empty.py",
+            "two.py",
+            "two.py:C",
+            "learner.py:Lerner",
+        ),
         *("no.such.module:C", "math:pi"),
     )
 ]
@@ -42,6 +50,7 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
         "from real_robots.policy import BasePolicy as P\n"
         "class A(P):\n    def step(self): 0\nclass B(A): pass\n"
     )
+    (folder / "learner.py").write_text("class Learner: pass\n")
     (folder / "quit.py").write_text("import sys\nsys.exit(0)\n")
     return folder
 
@@ -73,6 +82,8 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "empty.py"), "found none"),
         (("--controller", "two.py"), "found A, B; name it as two.py:Class"),
         (("--controller", "two.py:C"), "class not found: C"),
+        (("--controller", "learner.py:Lerner"), "not found: Lerner, did you mean Learner?"),
+        (("--controller", "raising"), "or a submission's folder, did you mean raising.py?"),
         (("--controller", "no.such.module:C"), "No module named 'no'"),
         (("--controller", "math:pi"), "is not a class"),
         (("--controller", "real_r", "--condition", "XY"), "unknown condition 'XY': use one of OM"),

@@ -87,7 +87,7 @@ def test_figures_of_results_alone_report_what_others_need(place: Path) -> None:
 
 def test_json_prints_summary_and_skips_incomplete_results(place: Path) -> None:
     done = realbench(place, "figures", "some.json", "all.json", "--out", "left", "--json")
-    assert "some.json is not used: it has 1 of 2 trials" in done.stderr
+    assert "some.json is in no figure: its test is not finished (1 of 2 trials)" in done.stderr
     told = json.loads(done.stdout)
     assert told == json.loads((place / "left" / "figures.json").read_text())
     assert list(told["drawn"]) == ["score-by-goal"]
