@@ -76,6 +76,9 @@ class TrialPlan:
             raise RealBenchError(
                 f"--run-steps must be at least 1, and needs --run: not {self.run_steps}"
             )
+
+    def check_recording(self) -> None:
+        """Raise RealBenchError if the recording, which must exist by now, does not fit the test."""
         if self.run is None:
             return
         with Recording(self.run) as recording:

@@ -149,13 +149,13 @@ def test_bad_test_options_are_refused(
 def test_no_plan_has_a_recording_that_does_not_fit(play: Play, make_plan: MakePlan) -> None:
     """Whoever makes it: a command, a table or a round."""
     run = play(toy("series:Macros"), 1000)
-    assert make_plan("real_r", run=run).run == run
+    make_plan("real_r", run=run).check_recording()
     with pytest.raises(RecordingError, match="its condition is OM, not OJ"):
-        make_plan("real_r", "OJ", run=run)
+        make_plan("real_r", "OJ", run=run).check_recording()
     with h5py.File(run, "r+") as file:
         file.attrs["control_version"] = 1
     with pytest.raises(RecordingError, match=r"this realbench has 2.* \(play again\)"):
-        make_plan("real_r", run=run)
+        make_plan("real_r", run=run).check_recording()
 
 
 @pytest.mark.parametrize(
