@@ -215,11 +215,11 @@ def installed(name: str) -> EntryPoint:
     """Where an installed controller is; raises ControllerError if there is none of that name."""
     offers = _offers()
     if name not in offers:
-        file = [f"{name}.py"] if Path(f"{name}.py").is_file() else offers
+        likely = [f"{name}.py"] if Path(f"{name}.py").is_file() else offers
         raise ControllerError(
             f"unknown controller {name!r}: use one of {', '.join(sorted(offers)) or '(none)'}, "
             "module:Class, path/to/file.py[:Class], or a submission's folder"
-            f"{did_you_mean(name, file)}"
+            f"{did_you_mean(name, likely)}"
         )
     return offers[name]
 

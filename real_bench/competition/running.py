@@ -74,7 +74,7 @@ class RoundRun:
             RealBenchError: one of them cannot be used, or there is no submission.
         """
         self._goals.check_fits(self._scene, self.round.objects)
-        self._check_given()
+        _ = self._given  # can they be used?
         entries = read_entries(
             self.submissions, self.competition.results_folder, self.round.condition
         )
@@ -163,10 +163,8 @@ class RoundRun:
             standing = self._standing(entry)
             if entry.folder is not None and not standing.failures:
                 states = [state_of(test) for _, test in self.jobs(entry)]
-                states = [state for state in states if not state.mismatches]
-                tests = [state.result for state in states if state.result]
-                finished = [state for state in states if state.reached == "done"]
-                done = len(finished) == len(self.round.seeds)
+                done = all(state.reached == "done" and not state.mismatches for state in states)
+                tests = [state.result for state in states if state.result and not state.mismatches]
                 seconds = sum(sum(test.seconds.values()) for test in tests)
                 changes = {"status": SCORED if done else WAITING, "seconds": seconds}
                 standing = standing.model_copy(update=changes)
@@ -230,10 +228,9 @@ class RoundRun:
         home = self.home(entry)
         check_folder(home, make=True)
         known = Standing.load(home)
-        undecided = known is None or known.status in (REFUSED, WAITING)
         if known is not None and known.failures:
             return
-        if undecided or entry.standing.status == REFUSED:
+        if known is None or known.status != SCORED or entry.standing.status == REFUSED:
             entry.standing.save(home)
 
     def _standing(self, entry: Entry) -> Standing:
@@ -268,18 +265,19 @@ class RoundRun:
             self.competition, self.name, self._goals, self._scene, recordings, current
         )
 
-    def _check_given(self) -> None:
-        """Raise RecordingError for a given recording that cannot be read, or does not fit."""
-        condition = Condition.parse(self.round.condition)
-        for path, _ in self._given:
-            with Recording(path) as recording:
-                header = recording.header
-            header.check_fits(path, condition, self.round.objects, self._scene.sha256)
-
     @cached_property
     def _given(self) -> list[tuple[Path, int]]:
-        """The recordings to learn from, if given, and how many steps each has."""
-        return [(path, _length(path)) for path in self.competition.recordings(self.name)]
+        """The recordings to learn from, if given, and how many steps each has.
+
+        Raises RecordingError for one that cannot be read, or does not fit.
+        """
+        return [(path, self._length(path)) for path in self.competition.recordings(self.name)]
+
+    def _length(self, run: Path) -> int:
+        condition = Condition.parse(self.round.condition)
+        with Recording(run) as recording:
+            recording.header.check_fits(run, condition, self.round.objects, self._scene.sha256)
+            return recording.n_steps
 
     @cached_property
     def _goals(self) -> GoalSet:
@@ -288,8 +286,3 @@ class RoundRun:
     @cached_property
     def _scene(self) -> Scene:
         return load_scene(self.competition.scene_source)
-
-
-def _length(run: Path) -> int:
-    with Recording(run) as recording:
-        return recording.n_steps

@@ -23,7 +23,7 @@ from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
 N_STEPS = 20
-"""Steps to try of a controller that is called at every step; of others, the first whole action."""
+"""Steps to try; before a goal is tested, the first action is tried whole."""
 
 N_TIMES = 3
 """How often as long the play lasts from which a tested goal may be learned."""
@@ -90,7 +90,8 @@ class ControllerCheck:
             proxy.seed(SEED)
             task.begin()
             proxy.call("start_intrinsic_phase")
-            tried = TRIAL_STEPS if identity.action_level else N_STEPS
+            whole = identity.action_level and self.tests_a_goal
+            tried = TRIAL_STEPS if whole else N_STEPS
             first = make_player(proxy, task).play(tried)
             yield Finding("plays", True, f"{first.duration:,} steps")
             if identity.learns_across_trials:

@@ -91,13 +91,13 @@ class ExtrinsicPhase:
         """
         check_output(self.out, overwrite=True)  # can it be written at all?
         self.plan.check_outputs()
+        if proxy is None:
+            self.plan.check_recording()
         with write_lock(self.out), stop_requests() as stop:
             resume = resume and self.out.exists()
             remedy = "--overwrite" if proxy else "--resume or --overwrite"
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
             identity = self._identity() if proxy is None else proxy.identity
-            if proxy is None:
-                self.plan.check_recording()
             given = self.plan.handover(identity) if proxy is None else NOTHING
             result = self._initial_result(identity, given.learned, resume)
             for trial, seconds in self._trials(identity, result, proxy, given, stop, activity):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ class BundleVerdict:
 
     Attributes:
         bundle: what was verified.
-        result_sha256: hash of the result's file as it was verified; empty if it cannot be read.
+        result_sha256: hash of the result's file as it was verified; empty if it cannot be opened.
         score: as recorded; None if the result cannot be read.
         parts: the verdicts on its parts.
     """
@@ -134,7 +135,10 @@ class BundleVerification:
             score, sha256 = result.score, file_sha256(self.bundle.result)
         except RealBenchError as error:
             detail = _without_folder(str(error), self.bundle)
-            return BundleVerdict(self.bundle, "", None, (Part("result", FAILS, detail),))
+            sha256 = ""
+            with suppress(OSError):
+                sha256 = file_sha256(self.bundle.result)
+            return BundleVerdict(self.bundle, sha256, None, (Part("result", FAILS, detail),))
         parts: list[Part] = []
         checks: dict[str, Callable[[], PartOutcome]] = {
             "trials": lambda: self._check_trials(report),
