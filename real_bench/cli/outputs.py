@@ -32,10 +32,12 @@ def with_inputs_kept(command: click.Command) -> click.Command:
 
 def _check(context: click.Context) -> None:
     """Raise UsageError if an output exists and is another file that the command was told."""
-    told = [(option, path) for option, path in _files(context) if path.is_file()]
+    told = [(option, path) for option, path in _files(context) if _is_file(path)]
     for output, out in told:
+        if output.name not in OUTPUTS or output.metavar == "DIR":
+            continue
         for other, path in told:
-            if output.name in OUTPUTS and other.name != output.name and out.samefile(path):
+            if other.name != output.name and out.samefile(path):
                 raise click.UsageError(
                     f"{_named(output)} {out} is also {_named(other)}: give another file", context
                 )
@@ -52,6 +54,14 @@ def _files(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
         for each in value if isinstance(value, tuple) else (value,):
             if isinstance(each, Path):
                 yield parameter, each
+
+
+def _is_file(path: Path) -> bool:
+    """Whether there is such a file; a name that is too long has none."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
 
 
 def _named(parameter: click.Parameter) -> str:

@@ -104,7 +104,8 @@ class Header(BaseModel):
     def _controller(self) -> str:
         """The controller by all that tells it from another: place, class and code."""
         code = self.controller_sha256[:12]
-        return f"class {self.controller_class} of {quoted(self.controller_source)} ({code})"
+        place = quoted(self.controller_source)
+        return f"{self.controller!r} (class {self.controller_class} of {place}, code {code})"
 
     def was_made_by(self, controller_source: str, source_sha256: str, class_name: str) -> bool:
         """Whether the run was made by this controller: of the same place, or the same code."""

@@ -11,7 +11,7 @@ import pytest
 
 from real_bench.scoring.result import load_result
 from tests.cli.shell import COMMAND
-from tests.outside.bench import ROOT, after_first_line
+from tests.outside.bench import ROOT, after_first_line, check_readable_to_all
 
 BIN = str(COMMAND)
 DOCTOR = "doctor --scene builtin"
@@ -84,6 +84,7 @@ def test_missing_home_is_reported_only_where_it_is_needed(place: Path) -> None:
     """A user of a number that nobody has, as containers give it."""
     if not ROOT:
         pytest.skip("only root may be another user")
+    check_readable_to_all()
     as_other = "setpriv --reuid=54321 --clear-groups"
     listed = shell(place, f"{as_other} $R scene list", HOME=None, XDG_DATA_HOME=None)
     assert listed.returncode == 0, listed.stderr
