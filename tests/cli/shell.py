@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import multiprocessing.forkserver
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import sys
 import tempfile
 import time
 from functools import cache
+from multiprocessing.context import ForkServerContext
 from pathlib import Path
 
 from real_bench.goal_sets import GoalSet, generate_goal_set
@@ -20,9 +22,11 @@ COMMAND = Path(sys.executable).with_name("realbench")
 IMPORTED = [
     *("real_bench.cli", "real_bench.phases.plans", "real_bench.verification"),
     *("real_bench.experiments", "real_bench.competition", "real_bench.real_x", "real_bench.report"),
-    *("scipy.stats", "torch"),
+    *("rich.progress", "scipy.stats", "torch", "tests.cli.warm"),
 ]
 """Most commands import these, and short ones do little else."""
+
+ROOT = Path(__file__).parents[2]
 
 TOUCHES = (
     "import pathlib, contextlib",
@@ -42,15 +46,13 @@ def realbench(
 ) -> subprocess.CompletedProcess[str]:
     """Run realbench in a folder; fails the test unless it exits with ``code``.
 
-    Its process is a fork of one that has imported the package, so that a hundred commands import
-    it once.
+    Its process is a fork of one that has imported the package and knows the physics of this
+    machine, so that a hundred commands find out once.
     """
-    forks = multiprocessing.get_context("forkserver")
-    forks.set_forkserver_preload(IMPORTED)
     command = [str(COMMAND), *map(str, arguments)]
     with tempfile.TemporaryDirectory() as outputs:
         out, err = Path(outputs, "out"), Path(outputs, "err")
-        process = forks.Process(
+        process = _forks().Process(
             target=_called, args=(folder, command, dict(os.environ), _import_path(), out, err)
         )
         process.start()
@@ -80,6 +82,20 @@ def killed_at_work(folder: Path, *arguments: str | Path, results: Path, pause_s:
         at_work = process.poll() is None
         process.kill()
     return at_work
+
+
+@cache
+def _forks() -> ForkServerContext:
+    """The server of forks, started where it finds our modules."""
+    forks = multiprocessing.get_context("forkserver")
+    forks.set_forkserver_preload(IMPORTED)
+    here = Path.cwd()
+    os.chdir(ROOT)
+    try:
+        multiprocessing.forkserver.ensure_running()
+    finally:
+        os.chdir(here)
+    return forks
 
 
 def _called(

@@ -41,7 +41,7 @@ def test_killed_round_resumes_to_the_same_standings(place: Path) -> None:
     submissions = place / "submissions"
     submission(submissions / "good", GOOD)
     submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
-    path = rounds(place, repeats=2, trial_steps=1000)
+    path = rounds(place, trial_steps=1000)
     run = ["round", "run", "submissions", path, "--jobs", "2"]
     realbench(place, *run)
     undisturbed = without_times(rows_of(place))
