@@ -41,6 +41,9 @@ PUSH_HEIGHT, RAISED_HEIGHT = 0.03, 0.2
 MARGIN, N_GRID = 0.01, 11
 """The planes reach from this quantile of the low points to its opposite, with as many nodes."""
 
+CORRECTED, RAISED = 0.7, 0.01
+"""A node's next aim is corrected by this share of its error, or raised where the arm is blocked."""
+
 SQUARE = 0.1
 """Side of a square of the ground, in its distance."""
 
@@ -118,18 +121,12 @@ class Reach:
     def _low_points(self) -> Array:
         return self.points[(self.points[:, 2] > 1 - 2 * LOW) & (self.points[:, 2] < 1)]
 
-    def planes(self) -> Planes:
-        """The map over the ground, from now on fixed."""
+    def extent(self) -> Array:
+        """The first and the last x, y near the ground, (2, 2)."""
         low = self._low_points()
         if len(low) < N_FIRST:
             low = self.points
-        first, last = np.quantile(low[:, :2], [MARGIN, 1 - MARGIN], axis=0)
-        x, y = (np.linspace(a, b, N_GRID) for a, b in zip(first, last, strict=True))
-        grids = [
-            np.array([[self.posture(np.array([u, v, 1 - height])) for v in y] for u in x])
-            for height in (PUSH_HEIGHT, RAISED_HEIGHT)
-        ]
-        return Planes(x, y, np.array(grids))
+        return np.quantile(low[:, :2], [MARGIN, 1 - MARGIN], axis=0)
 
     def get_state(self) -> dict[str, Any]:
         """All of it."""
@@ -139,6 +136,72 @@ class Reach:
         """Go on from there."""
         self.points = np.asarray(state["points"], np.float64).reshape(-1, 3)
         self.postures = np.asarray(state["postures"], np.float64).reshape(-1, len(self._low))
+
+
+class Refinement:
+    """Postures for a grid over the ground, near it and raised, each tried until it is precise.
+
+    A posture that the map proposes ends beside its aim, or the arm meets the ground before. So the
+    next aim is corrected, and of all that was tried the posture that was seen nearest is kept.
+
+    Args:
+        reach: the map; what is seen is added to it.
+    """
+
+    def __init__(self, reach: Reach) -> None:
+        self._reach = reach
+        first, last = reach.extent()
+        self._x, self._y = (np.linspace(a, b, N_GRID) for a, b in zip(first, last, strict=True))
+        self._nodes = np.array(
+            [
+                [u, v, 1 - height]
+                for height in (RAISED_HEIGHT, PUSH_HEIGHT)
+                for row, u in enumerate(self._x)
+                for v in (self._y if row % 2 == 0 else self._y[::-1])  # to and fro
+            ]
+        )
+        self._aims = self._nodes.copy()
+        self._errors = np.full(len(self._nodes), np.inf)
+        self._postures = np.array([reach.posture(node) for node in self._nodes])
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def posture(self, number: int) -> Array:
+        """The posture to try for a node, (J,)."""
+        return self._reach.posture(self._aims[number])
+
+    def observe(self, number: int, point: Array | None, posture: Array) -> None:
+        """The hand was seen at a point, (3,), in a node's posture; None if it was blocked."""
+        if point is None:
+            self._aims[number, 2] -= RAISED
+        else:
+            offset = point - self._nodes[number]
+            error = float(np.linalg.norm(offset))
+            if error < MAX_ERROR:
+                self._reach.add(point, posture)
+                self._aims[number] -= CORRECTED * offset
+            if error < self._errors[number]:
+                self._errors[number], self._postures[number] = error, posture
+        if not np.isfinite(self._errors[number]):
+            self._postures[number] = self.posture(number)
+
+    def planes(self) -> Planes:
+        """The best postures, as smooth functions of x, y."""
+        raised, near = self._postures.reshape(2, N_GRID, N_GRID, -1).copy()
+        for grid in (raised, near):
+            grid[1::2] = grid[1::2, ::-1]
+        return Planes(self._x, self._y, np.array([near, raised]))
+
+    def get_state(self) -> dict[str, Any]:
+        """All of it but the map."""
+        names = ("x", "y", "nodes", "aims", "errors", "postures")
+        return {name: getattr(self, f"_{name}") for name in names}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from there."""
+        for name, value in state.items():
+            setattr(self, f"_{name}", np.asarray(value, np.float64))
 
 
 class Planes:

@@ -2,7 +2,8 @@
 
 First the gripper opens and closes in random postures, which shows what the hand looks like. Then
 random postures are tried. Those that take little effort and are near the ground become the first of
-inverse maps, which goal babbling extends; the one that reaches most is kept.
+inverse maps, which goal babbling extends; the one that reaches most is kept, and refined where
+pushes need it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from pydantic import Field
 
 from real_bench.actions import Action
 from real_bench.real_g.hand_sight import HandSight
-from real_bench.real_g.reach import Planes, Reach
+from real_bench.real_g.reach import Planes, Reach, Refinement
 from real_bench.settings import Settings
 
 Array = NDArray[np.float64]
@@ -51,13 +52,15 @@ class WatchingSettings(Settings):
         starts: of these, the ones from which maps are begun.
         tried: postures that extend each of these maps.
         reached: postures that then extend the one that reaches most.
+        refined: how often the postures of pushes are tried and corrected.
     """
 
     grips: int = Field(60, ge=1)
-    random: int = Field(300, ge=1)
-    starts: int = Field(4, ge=1)
+    random: int = Field(600, ge=1)
+    starts: int = Field(12, ge=1)
     tried: int = Field(150, ge=1)
-    reached: int = Field(1000, ge=1)
+    reached: int = Field(2500, ge=1)
+    refined: int = Field(4, ge=1)
 
 
 class Watching:
@@ -76,6 +79,7 @@ class Watching:
         self._closed, self._open = box.low[N_ARM:], np.array([box.high[N_ARM], box.low[N_ARM + 1]])
         self._random = np.random.default_rng(seed)
         self._reaches: list[Reach] = []
+        self._refinement: Refinement | None = None
         self._image_map = np.zeros((3, 2))
         self._sight: HandSight | None = None
         self._ground = np.zeros((0, 3))
@@ -107,7 +111,8 @@ class Watching:
 
     def planes(self) -> Planes:
         """Where postures put the hand."""
-        return self._reaches[0].planes()
+        assert self._refinement is not None
+        return self._refinement.planes()
 
     @property
     def image_map(self) -> Array:
@@ -119,6 +124,7 @@ class Watching:
         return {
             "random": self._random.bit_generator.state,
             "reaches": [reach.get_state() for reach in self._reaches],
+            "refinement": None if self._refinement is None else self._refinement.get_state(),
             "image_map": self._image_map,
             "sight": None if self._sight is None else self._sight.get_state(),
             "first": self._first,
@@ -137,6 +143,10 @@ class Watching:
         self._reaches = [Reach(self._low, self._high) for _ in state["reaches"]]
         for reach, reached in zip(self._reaches, state["reaches"], strict=True):
             reach.set_state(reached)
+        self._refinement = None
+        if state["refinement"] is not None:
+            self._refinement = Refinement(self._reaches[0])
+            self._refinement.set_state(state["refinement"])
         self._image_map = np.asarray(state["image_map"], np.float64)
         if state["sight"] is not None:
             self._begin_sight(HandSight.from_state(state["sight"]))
@@ -166,6 +176,8 @@ class Watching:
             self._observe_random(observation)
         elif self._stage == "reach":
             self._observe_reach(observation)
+        elif self._stage == "refine":
+            self._observe_refined(observation)
         elif self._stage == "home":
             self._stage, self._sight = "over", None
 
@@ -183,6 +195,10 @@ class Watching:
             reach = self._reaches[self._current]
             self._target = reach.next_target(self._ground, self._random)
             self._posture = reach.explore(self._target, self._random)
+            return self._hold(self._closed, SETTLE)
+        if self._stage == "refine":
+            assert self._refinement is not None
+            self._posture = self._refinement.posture(self._count % len(self._refinement))
             return self._hold(self._closed, SETTLE)
         return Action.rest(N_ARM + 2, RETURN) if self._stage == "home" else None
 
@@ -215,6 +231,15 @@ class Watching:
             self._reaches = [max(self._reaches, key=lambda reach: reach.coverage)]
             self._count = self._settings.tried
         elif self._count == self._settings.tried + self._settings.reached:
+            self._refinement = Refinement(reach)
+            self._count, self._stage = 0, "refine"
+
+    def _observe_refined(self, observation: Mapping[str, Any]) -> None:
+        assert self._refinement is not None
+        number = self._count % len(self._refinement)
+        self._refinement.observe(number, self._find(observation), self._posture)
+        self._count += 1
+        if self._count == self._settings.refined * len(self._refinement):
             self._stage = "home"
 
     @property

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from real_bench.real_g.reach import PUSH_HEIGHT, STEP, Planes, Reach
+from real_bench.real_g.reach import PUSH_HEIGHT, STEP, Planes, Reach, Refinement
 
 Array = NDArray[np.float64]
 
@@ -34,6 +34,24 @@ def babbled(n: int, seed: int) -> Reach:
 
 
 REACHES = {n: babbled(n, 0) for n in (30, 600)}
+
+
+def copied(reach: Reach) -> Reach:
+    """A map of its own, that may be extended."""
+    copy = Reach(LOW, HIGH)
+    copy.set_state(reach.get_state())
+    return copy
+
+
+def refined(reach: Reach, rounds: int, deepest: float = 1.0) -> Refinement:
+    """A map refined by trying; the arm is blocked where the hand would be deeper."""
+    refinement = Refinement(copied(reach))
+    for count in range(rounds * len(refinement)):
+        number = count % len(refinement)
+        posture = refinement.posture(number)
+        point = hand(posture)
+        refinement.observe(number, point if point[2] < deepest else None, posture)
+    return refinement
 
 
 def test_more_babbling_reaches_more_and_better() -> None:
@@ -67,7 +85,34 @@ def shares(planes: Planes, share: tuple[float, float]) -> Array:
     return np.asarray(planes.low + np.array(share) * (planes.high - planes.low))
 
 
-PLANES = REACHES[600].planes()
+def errors_of(planes: Planes) -> Array:
+    """How far the hand is from the places between the nodes, near the ground, (n,)."""
+    xy = np.array([shares(planes, (a, b)) for a in (0.35, 0.5, 0.65) for b in (0.35, 0.5, 0.65)])
+    ends = np.array([hand(posture) for posture in planes.near(xy)])
+    return np.asarray(np.linalg.norm(ends - np.column_stack([xy, [1 - PUSH_HEIGHT] * 9]), axis=1))
+
+
+def test_tried_postures_are_more_precise() -> None:
+    before, after = (errors_of(refined(REACHES[30], rounds).planes()) for rounds in (0, 4))
+    assert np.median(after) < np.median(before) / 2
+
+
+def test_blocked_postures_are_raised_until_they_are_free() -> None:
+    deepest = 1 - PUSH_HEIGHT - 0.01
+    planes = refined(REACHES[600], 6, deepest).planes()
+    xy = shares(planes, (0.5, 0.5))[None]
+    assert 1 - PUSH_HEIGHT - 0.05 < hand(planes.near(xy)[0])[2] < deepest + 0.005
+
+
+def test_refinement_goes_on_from_its_state() -> None:
+    refinement = refined(REACHES[30], 1)
+    again = Refinement(copied(REACHES[30]))
+    again.set_state(refinement.get_state())
+    middle = shares(refinement.planes(), (0.5, 0.5))[None]
+    np.testing.assert_array_equal(again.planes().near(middle), refinement.planes().near(middle))
+
+
+PLANES = refined(REACHES[600], 1).planes()
 
 
 @given(share=st.tuples(st.floats(0, 1), st.floats(0, 1)))
