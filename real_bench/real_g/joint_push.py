@@ -33,7 +33,7 @@ class JointPush:
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()
-    is_repeatable = False  # its 4 parameters might be repeated as well; that was not measured
+    is_repeatable = True
     steps = ABOVE + DOWN + N_ALONG * ALONG + UP + HOME
 
     def __init__(self, planes: Planes) -> None:
