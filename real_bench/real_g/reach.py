@@ -38,8 +38,8 @@ those within the width."""
 PUSH_HEIGHT, RAISED_HEIGHT = 0.03, 0.2
 """Of pushes, and of the hand before and after, in shares of the ground's distance."""
 
-MARGIN, N_GRID = 0.01, 11
-"""The planes reach from this quantile of the low points to its opposite, with as many nodes."""
+MARGIN = 0.01
+"""The planes reach from this quantile of the low points to its opposite."""
 
 CORRECTED, RAISED = 0.7, 0.01
 """A node's next aim is corrected by this share of its error, or raised where the arm is blocked."""
@@ -146,12 +146,13 @@ class Refinement:
 
     Args:
         reach: the map; what is seen is added to it.
+        n_grid: nodes along each side of the grid, at least 4.
     """
 
-    def __init__(self, reach: Reach) -> None:
+    def __init__(self, reach: Reach, n_grid: int) -> None:
         self._reach = reach
         first, last = reach.extent()
-        self._x, self._y = (np.linspace(a, b, N_GRID) for a, b in zip(first, last, strict=True))
+        self._x, self._y = (np.linspace(a, b, n_grid) for a, b in zip(first, last, strict=True))
         self._nodes = np.array(
             [
                 [u, v, 1 - height]
@@ -188,7 +189,7 @@ class Refinement:
 
     def planes(self) -> Planes:
         """The best postures, as smooth functions of x, y."""
-        raised, near = self._postures.reshape(2, N_GRID, N_GRID, -1).copy()
+        raised, near = self._postures.reshape(2, len(self._x), len(self._y), -1).copy()
         for grid in (raised, near):
             grid[1::2] = grid[1::2, ::-1]
         return Planes(self._x, self._y, np.array([near, raised]))
@@ -196,12 +197,12 @@ class Refinement:
     def get_state(self) -> dict[str, Any]:
         """All of it but the map."""
         names = ("x", "y", "nodes", "aims", "errors", "postures")
-        return {name: getattr(self, f"_{name}") for name in names}
+        return {name: getattr(self, f"_{name}").copy() for name in names}
 
     def set_state(self, state: Mapping[str, Any]) -> None:
         """Go on from there."""
         for name, value in state.items():
-            setattr(self, f"_{name}", np.asarray(value, np.float64))
+            setattr(self, f"_{name}", np.array(value, np.float64))
 
 
 class Planes:

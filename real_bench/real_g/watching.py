@@ -52,7 +52,8 @@ class WatchingSettings(Settings):
         starts: of these, the ones from which maps are begun.
         tried: postures that extend each of these maps.
         reached: postures that then extend the one that reaches most.
-        refined: how often the postures of pushes are tried and corrected.
+        grid: nodes along each side of the grid of postures that pushes use.
+        refined: how often each of these is tried and corrected.
     """
 
     grips: int = Field(60, ge=1)
@@ -60,6 +61,7 @@ class WatchingSettings(Settings):
     starts: int = Field(12, ge=1)
     tried: int = Field(150, ge=1)
     reached: int = Field(2500, ge=1)
+    grid: int = Field(11, ge=4)
     refined: int = Field(4, ge=1)
 
 
@@ -145,7 +147,7 @@ class Watching:
             reach.set_state(reached)
         self._refinement = None
         if state["refinement"] is not None:
-            self._refinement = Refinement(self._reaches[0])
+            self._refinement = Refinement(self._reaches[0], self._settings.grid)
             self._refinement.set_state(state["refinement"])
         self._image_map = np.asarray(state["image_map"], np.float64)
         if state["sight"] is not None:
@@ -226,12 +228,12 @@ class Watching:
         if point is not None and reach.is_near(point, self._target):
             reach.add(point, self._posture)
         self._count += 1
-        n_tried = self._settings.tried * len(self._reaches)
-        if len(self._reaches) > 1 and self._count == n_tried:
-            self._reaches = [max(self._reaches, key=lambda reach: reach.coverage)]
-            self._count = self._settings.tried
+        if len(self._reaches) > 1:
+            if self._count == self._settings.tried * len(self._reaches):
+                self._reaches = [max(self._reaches, key=lambda reach: reach.coverage)]
+                self._count = self._settings.tried
         elif self._count == self._settings.tried + self._settings.reached:
-            self._refinement = Refinement(reach)
+            self._refinement = Refinement(reach, self._settings.grid)
             self._count, self._stage = 0, "refine"
 
     def _observe_refined(self, observation: Mapping[str, Any]) -> None:

@@ -27,11 +27,14 @@ from tests.recording.bench import ignore
 
 IJ = Condition.parse("IJ")
 SMALL: dict[str, Any] = {
-    "watching": {"grips": 20, "random": 30, "starts": 2, "tried": 30, "reached": 20},
+    "watching": {
+        **{"grips": 20, "random": 30, "starts": 2, "tried": 30, "reached": 20},
+        **{"grid": 4, "refined": 1},
+    },
     "play": {"first": 35, "fewest_steps": 10, "most_steps": 20, "last_steps": 20, "candidates": 20},
     "planner": {"samples": 40, "rounds": 2},
 }
-STEPS = 28_000
+STEPS = 33_000
 
 
 def phase(scene: Scene, out: Path, steps: int = STEPS) -> IntrinsicPhase:

@@ -45,7 +45,7 @@ def copied(reach: Reach) -> Reach:
 
 def refined(reach: Reach, rounds: int, deepest: float = 1.0) -> Refinement:
     """A map refined by trying; the arm is blocked where the hand would be deeper."""
-    refinement = Refinement(copied(reach))
+    refinement = Refinement(copied(reach), 11)
     for count in range(rounds * len(refinement)):
         number = count % len(refinement)
         posture = refinement.posture(number)
@@ -106,7 +106,7 @@ def test_blocked_postures_are_raised_until_they_are_free() -> None:
 
 def test_refinement_goes_on_from_its_state() -> None:
     refinement = refined(REACHES[30], 1)
-    again = Refinement(copied(REACHES[30]))
+    again = Refinement(copied(REACHES[30]), 11)
     again.set_state(refinement.get_state())
     middle = shares(refinement.planes(), (0.5, 0.5))[None]
     np.testing.assert_array_equal(again.planes().near(middle), refinement.planes().near(middle))
