@@ -61,7 +61,7 @@ def test_score_writes_markdown_and_junit_files(folder: Path) -> None:
         ("no.json", "result not found: no.json"),
         ("none/*.json", "no result found in"),
         (".", "no result found in"),
-        ("x**.json", "x**.json is not a pattern"),
+        ("x**.json", "x**.json"),  # no pattern before Python 3.13, and without results there
     ],
 )
 def test_missing_results_are_reported(tmp_path: Path, named: str, told: str) -> None:

@@ -33,7 +33,7 @@ def world(n: int, turn: float, mirror: bool, seed: int, chance: bool = False) ->
     return Contingencies((xy - offset) @ inverse, (after - offset) @ inverse, paths, moved), xy
 
 
-@settings(max_examples=12)
+@settings(max_examples=6)
 @given(turn=st.floats(0, 2 * np.pi), mirror=st.booleans(), seed=st.integers(0, 1000))
 def test_camera_map_is_found_for_any_orientation(turn: float, mirror: bool, seed: int) -> None:
     seen, xy = world(400, turn, mirror, seed)
