@@ -25,6 +25,7 @@ class Primitive(Protocol):
     Attributes:
         low, high: the range of each parameter, (P,).
         start, end: which of them are x, y of the position where it begins and where it ends.
+        goal: which of them a goal sets: where it ends, and how high it goes on the way, if it can.
         yaw: which of them is the hand's turn about the vertical, radians; None if it has none.
         height: which of them is the height at which it reaches an object; None if it has none.
         tilts: which of them are deviations from upright; 0 is upright.
@@ -37,6 +38,7 @@ class Primitive(Protocol):
     high: Array
     start: tuple[int, int]
     end: tuple[int, int]
+    goal: tuple[int, ...]
     yaw: int | None
     height: int | None
     tilts: tuple[int, ...]
@@ -63,7 +65,7 @@ class Push:
         action_space: of a condition with macros; a dict of boxes.
     """
 
-    start, end = (0, 1), (2, 3)
+    start, end, goal = (0, 1), (2, 3), (2, 3)
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()
@@ -124,7 +126,7 @@ class Hand:
         action_space: of a condition with cartesian commands; a dict of boxes.
     """
 
-    start, end = (0, 1), (10, 11)
+    start, end, goal = (0, 1), (10, 11), (10, 11, 9)
     yaw: int | None = 2
     height: int | None = 4
     tilts: tuple[int, ...] = (3, 12)

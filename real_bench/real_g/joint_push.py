@@ -29,7 +29,7 @@ class JointPush:
         planes: postures by the hand's coordinates; the gripper stays closed.
     """
 
-    start, end = (0, 1), (2, 3)
+    start, end, goal = (0, 1), (2, 3), (2, 3)
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()

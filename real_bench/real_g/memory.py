@@ -130,7 +130,7 @@ class ActionMemory:
         self._surprise = surprise
         primitive = relation.primitive
         self._range = primitive.high - primitive.low
-        free = {*primitive.end, primitive.yaw}  # these depend on the goal or the object
+        free = {*primitive.goal, primitive.yaw}  # these depend on the goal or the object
         self._free_indices = [i for i in range(len(primitive.low)) if i not in free]
         # for uniform parameters of range 1
         self._radius = like * np.sqrt(len(self._free_indices) / 6)
@@ -140,7 +140,7 @@ class ActionMemory:
     def record(self, row: Array, parameters: Array, success: float) -> None:
         """Rate an action, (P,), on an object at a row, (3 or 7,), from 0 to 1."""
         relative = self._relation.relative(row[None], parameters[None])[0]
-        situation = self._situations(row, parameters[None, self._relation.primitive.end])[0]
+        situation = self._situations(row, parameters[None, self._relation.primitive.goal])[0]
         family = self._family_of(relative)
         if family is None and self._is_surprising(situation, success):
             family = Family(relative)
@@ -151,8 +151,8 @@ class ActionMemory:
         if len(self.families) > self._max_families:
             del self.families[int(np.argmin([family.mean for family in self.families[:-1]]))]
 
-    def sample_variations(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
-        """Remembered actions, varied, at an object's row, to (n, 2) ends; (n, P) parameters.
+    def sample_variations(self, row: Array, goals: Array, random: np.random.Generator) -> Array:
+        """Remembered actions, varied, at an object's row, for (n, G) goals; (n, P) parameters.
 
         Families are drawn by what they may be worth there (Thompson sampling). Each parameter of
         an action is varied or not; how far is drawn for each action. Now and then one is drawn
@@ -161,8 +161,8 @@ class ActionMemory:
         """
         if not self.families:
             raise RealBenchError("nothing went well yet: no actions to vary")
-        relative = self._draw_members(self._situations(row, ends), random)
-        n, primitive = len(ends), self._relation.primitive
+        relative = self._draw_members(self._situations(row, goals), random)
+        n, primitive = len(goals), self._relation.primitive
         far = sample_scales(n, random, MAX_VARIATION)[:, None] * (
             random.random(relative.shape) < 0.5
         )
@@ -172,7 +172,7 @@ class ActionMemory:
         if primitive.yaw is not None:  # the object may be turned otherwise than it was
             redrawn[:, primitive.yaw] = random.random(n) < 0.5
         relative = np.where(redrawn, self._draw_uniform(n, random), relative)
-        relative[:, primitive.end] = ends
+        relative[:, primitive.goal] = goals
         return self.absolute(row, relative)
 
     def _draw_members(self, situations: Array, random: np.random.Generator) -> Array:
@@ -257,14 +257,14 @@ class ActionMemory:
         nearest = int(distances.argmin())
         return self.families[nearest] if distances[nearest] < self._radius else None
 
-    def _situations(self, row: Array, ends: Array) -> Array:
+    def _situations(self, row: Array, goals: Array) -> Array:
         """Where an object is and where it is to go, in ranges of the action, (n, 4 or 5)."""
         primitive = self._relation.primitive
         parts = [row[:2] / self._range[list(primitive.start)]]
         if primitive.height is not None:
             parts.append(row[2:3] / self._range[primitive.height])
-        here = np.tile(np.concatenate(parts), (len(ends), 1))
-        return np.column_stack([here, ends / self._range[list(primitive.end)]])
+        here = np.tile(np.concatenate(parts), (len(goals), 1))
+        return np.column_stack([here, goals / self._range[list(primitive.goal)]])
 
 
 def push_starts(position: Array, offsets: Array, ends: Array) -> Array:
@@ -282,15 +282,15 @@ def push_starts(position: Array, offsets: Array, ends: Array) -> Array:
 
 
 def sample_near_object(
-    relation: Relation, row: Array, ends: Array, random: np.random.Generator
+    relation: Relation, row: Array, goals: Array, random: np.random.Generator
 ) -> Array:
-    """Random actions to (n, 2) ends that begin near an object, (n, P).
+    """Random actions for (n, G) goals that begin near an object, (n, P).
 
     How near is drawn with equal chances for each order of magnitude, and so is how upright the hand
     is; it comes as low as the object is, or higher; all other parameters are uniform in their
     ranges.
     """
-    primitive, n = relation.primitive, len(ends)
+    primitive, n = relation.primitive, len(goals)
     parameters = random.uniform(primitive.low, primitive.high, (n, len(primitive.low)))
     for tilt in primitive.tilts:
         parameters[:, tilt] = sample_scales(n, random) * primitive.high[tilt]
@@ -304,7 +304,7 @@ def sample_near_object(
     parameters[:, primitive.start] = row[:2] + reach * np.column_stack(
         [np.cos(direction), np.sin(direction)]
     )
-    parameters[:, primitive.end] = ends
+    parameters[:, primitive.goal] = goals
     return np.clip(parameters, primitive.low, primitive.high)
 
 

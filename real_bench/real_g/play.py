@@ -172,12 +172,13 @@ class Play:
         if random.random() < settings.near:
             reach = float((self._high - self._low).mean())
             goal = row[:2] + random.normal(size=2) * reach * sample_scales(1, random)
-        ends = np.tile(np.clip(goal, self._low, self._high), (settings.candidates, 1))
+        end = np.clip(goal, self._low, self._high)
+        goals = np.tile(self.relation.goals(end[None], random), (settings.candidates, 1))
         skill = self.skills[number] if number < len(self.skills) else None
         chance = random.random()
         if skill is None or not skill.has_learned or chance < settings.random:
-            return np.asarray(sample_near_object(self.relation, row, ends[:1], random)[0])
+            return np.asarray(sample_near_object(self.relation, row, goals[:1], random)[0])
         if chance < settings.random + settings.bred and skill.memory.families:
-            return np.asarray(skill.memory.sample_variations(row, ends[:1], random)[0])
-        parameters = skill.propose(row, ends, random)
+            return np.asarray(skill.memory.sample_variations(row, goals[:1], random)[0])
+        parameters = skill.propose(row, goals, random)
         return np.asarray(parameters[skill.most_contingent(row, parameters, random)])

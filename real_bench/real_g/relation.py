@@ -74,6 +74,13 @@ class Relation:
         displacement = self.displacement(parameters)
         return np.asarray(np.arctan2(displacement[:, 1], displacement[:, 0]))
 
+    def goals(self, ends: Array, random: np.random.Generator) -> Array:
+        """Goals at (n, 2) ends, (n, G): how high the way there goes is drawn from its range."""
+        primitive = self.primitive
+        rest = list(primitive.goal[2:])
+        drawn = random.uniform(primitive.low[rest], primitive.high[rest], (len(ends), len(rest)))
+        return np.column_stack([ends, drawn])
+
     def displacement(self, parameters: Array) -> Array:
         """How far the hand goes, (n, 2)."""
         return np.asarray(parameters[:, self.primitive.end] - parameters[:, self.primitive.start])

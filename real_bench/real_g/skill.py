@@ -50,15 +50,15 @@ class Skill:
         followed = self.relation.contingency(before, after, parameters)
         self.contingency.train(self.relation.features(before, parameters), followed, steps)
 
-    def propose(self, row: Array, ends: Array, random: np.random.Generator) -> Array:
-        """N actions for an object at a row, (n, P), that end the hand at (n, 2) positions."""
+    def propose(self, row: Array, goals: Array, random: np.random.Generator) -> Array:
+        """Actions for an object at a row, (n, P), one for each of (n, G) goals."""
         if not self.has_learned or not self.memory.families:
-            return sample_near_object(self.relation, row, ends, random)
-        n_new = int(len(ends) * UNVARIED_SHARE)
+            return sample_near_object(self.relation, row, goals, random)
+        n_new = int(len(goals) * UNVARIED_SHARE)
         return np.concatenate(
             [
-                sample_near_object(self.relation, row, ends[:n_new], random),
-                self.memory.sample_variations(row, ends[n_new:], random),
+                sample_near_object(self.relation, row, goals[:n_new], random),
+                self.memory.sample_variations(row, goals[n_new:], random),
             ]
         )
 
