@@ -65,7 +65,8 @@ class Push:
         action_space: of a condition with macros; a dict of boxes.
     """
 
-    start, end, goal = (0, 1), (2, 3), (2, 3)
+    start, end = (0, 1), (2, 3)
+    goal: tuple[int, ...] = end
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()
@@ -126,7 +127,8 @@ class Hand:
         action_space: of a condition with cartesian commands; a dict of boxes.
     """
 
-    start, end, goal = (0, 1), (10, 11), (10, 11, 9)
+    start, end = (0, 1), (10, 11)
+    goal: tuple[int, ...] = (*end, 9)
     yaw: int | None = 2
     height: int | None = 4
     tilts: tuple[int, ...] = (3, 12)

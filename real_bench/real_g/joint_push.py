@@ -29,7 +29,8 @@ class JointPush:
         planes: postures by the hand's coordinates; the gripper stays closed.
     """
 
-    start, end, goal = (0, 1), (2, 3), (2, 3)
+    start, end = (0, 1), (2, 3)
+    goal: tuple[int, ...] = end
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()

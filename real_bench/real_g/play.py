@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from real_bench.real_g.goals import SelfGeneratedGoals
 from real_bench.real_g.hand import Primitive
@@ -38,7 +38,9 @@ class PlaySettings(Settings):
         random: the share of actions drawn at random near an object.
         bred: the share of actions that are variations of remembered ones, whatever is expected.
         near: the share of goals near the object.
+        anywhere: the share of goals drawn anywhere, whether or not there is anything to learn.
         candidates: actions considered before one is taken.
+        fresh: the share of these that do not come from memory.
         steps: of training in a lesson, per action that it learns from.
         fewest_steps, most_steps: of training in a lesson, however many actions there are.
         last_steps: of training at the end of play.
@@ -49,11 +51,20 @@ class PlaySettings(Settings):
     random: float = Field(0.1, ge=0, le=1)
     bred: float = Field(0.45, ge=0, le=1)
     near: float = Field(0.25, ge=0, le=1)
+    anywhere: float = Field(0.0, ge=0, le=1)
     candidates: int = Field(500, ge=1)
+    fresh: float = Field(0.3, ge=0, le=1)
     steps: float = Field(1.0, gt=0)
     fewest_steps: int = Field(300, ge=10)
     most_steps: int = Field(3000, ge=10)
     last_steps: int = Field(6000, ge=10)
+
+    @model_validator(mode="after")
+    def _shares_of_a_whole(self) -> PlaySettings:
+        for one, other in (("random", "bred"), ("near", "anywhere")):
+            if getattr(self, one) + getattr(self, other) > 1:
+                raise ValueError(f"{one} and {other} together must be at most 1")
+        return self
 
 
 class Play:
@@ -81,7 +92,7 @@ class Play:
         return self._memories[o]
 
     def _skill(self, o: int) -> Skill:
-        return Skill(self.relation, self._memory(o), self._seed + o)
+        return Skill(self.relation, self._memory(o), self._seed + o, self._settings.fresh)
 
     def lesson_due(self, n: int) -> int:
         """From how many of n actions it should have learned.
@@ -169,9 +180,12 @@ class Play:
         number = int(random.choice(visible))
         row = rows[number]
         goal = self.goals.draw(random)
-        if random.random() < settings.near:
+        kind = random.random()
+        if kind < settings.near:
             reach = float((self._high - self._low).mean())
             goal = row[:2] + random.normal(size=2) * reach * sample_scales(1, random)
+        elif kind < settings.near + settings.anywhere:
+            goal = random.uniform(self._low, self._high)
         end = np.clip(goal, self._low, self._high)
         goals = np.tile(self.relation.goals(end[None], random), (settings.candidates, 1))
         skill = self.skills[number] if number < len(self.skills) else None

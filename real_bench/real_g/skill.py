@@ -14,9 +14,6 @@ from real_bench.real_g.relation import Relation
 
 Array = NDArray[np.float64]
 
-UNVARIED_SHARE = 0.3
-"""The share of candidate actions that do not come from memory."""
-
 
 class Skill:
     """Proposes actions for an object, and knows which it will follow.
@@ -25,10 +22,11 @@ class Skill:
         relation: of actions to objects.
         memory: of what went well with it.
         seed: of the models.
+        fresh: the share of proposed actions that do not come from memory.
     """
 
-    def __init__(self, relation: Relation, memory: ActionMemory, seed: int) -> None:
-        self.relation, self.memory = relation, memory
+    def __init__(self, relation: Relation, memory: ActionMemory, seed: int, fresh: float) -> None:
+        self.relation, self.memory, self._fresh = relation, memory, fresh
         self.contingency = ContingencyModel(seed)
 
     @property
@@ -52,15 +50,12 @@ class Skill:
 
     def propose(self, row: Array, goals: Array, random: np.random.Generator) -> Array:
         """Actions for an object at a row, (n, P), one for each of (n, G) goals."""
-        if not self.has_learned or not self.memory.families:
-            return sample_near_object(self.relation, row, goals, random)
-        n_new = int(len(goals) * UNVARIED_SHARE)
-        return np.concatenate(
-            [
-                sample_near_object(self.relation, row, goals[:n_new], random),
-                self.memory.sample_variations(row, goals[n_new:], random),
-            ]
-        )
+        recalls = self.has_learned and bool(self.memory.families)
+        n_fresh = int(len(goals) * self._fresh) if recalls else len(goals)
+        fresh = sample_near_object(self.relation, row, goals[:n_fresh], random)
+        if n_fresh == len(goals):
+            return fresh
+        return np.concatenate([fresh, self.memory.sample_variations(row, goals[n_fresh:], random)])
 
     def most_contingent(self, row: Array, parameters: Array, random: np.random.Generator) -> int:
         """Which of n actions one member of the ensemble expects the object to follow most.
