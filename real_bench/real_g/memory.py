@@ -100,9 +100,12 @@ class Family:
         return np.asarray(np.array(self.members)[(totals <= ticket).sum(axis=1)])
 
     def _nearness(self, situations: Array) -> Array:
-        """Similarity of n situations to each of m members', (n, m): 1 if they are the same."""
+        """Similarity of n situations to each of m members', (n, m): 1 if they are the same.
+
+        What a goal leaves open (NaN) makes no difference.
+        """
         offsets = situations[:, None] - np.array(self.situations)
-        return np.asarray(np.exp(-(offsets**2).sum(axis=2) / (2 * NEAR**2)))
+        return np.asarray(np.exp(-np.nansum(offsets**2, axis=2) / (2 * NEAR**2)))
 
 
 class ActionMemory:
@@ -172,7 +175,7 @@ class ActionMemory:
         if primitive.yaw is not None:  # the object may be turned otherwise than it was
             redrawn[:, primitive.yaw] = random.random(n) < 0.5
         relative = np.where(redrawn, self._draw_uniform(n, random), relative)
-        relative[:, primitive.goal] = goals
+        relative[:, primitive.goal] = np.where(np.isnan(goals), relative[:, primitive.goal], goals)
         return self.absolute(row, relative)
 
     def _draw_members(self, situations: Array, random: np.random.Generator) -> Array:
@@ -304,7 +307,7 @@ def sample_near_object(
     parameters[:, primitive.start] = row[:2] + reach * np.column_stack(
         [np.cos(direction), np.sin(direction)]
     )
-    parameters[:, primitive.goal] = goals
+    parameters[:, primitive.goal] = np.where(np.isnan(goals), parameters[:, primitive.goal], goals)
     return np.clip(parameters, primitive.low, primitive.high)
 
 

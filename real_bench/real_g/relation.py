@@ -74,12 +74,17 @@ class Relation:
         displacement = self.displacement(parameters)
         return np.asarray(np.arctan2(displacement[:, 1], displacement[:, 0]))
 
-    def goals(self, ends: Array, random: np.random.Generator) -> Array:
-        """Goals at (n, 2) ends, (n, G): how high the way there goes is drawn from its range."""
+    def goals(self, ends: Array, random: np.random.Generator, told: float = 0.5) -> Array:
+        """Goals at (n, 2) ends, (n, G).
+
+        A share of them tells how high the way there goes, drawn from its range. The others leave it
+        open: NaN.
+        """
         primitive = self.primitive
         rest = list(primitive.goal[2:])
-        drawn = random.uniform(primitive.low[rest], primitive.high[rest], (len(ends), len(rest)))
-        return np.column_stack([ends, drawn])
+        size = len(ends), len(rest)
+        drawn = random.uniform(primitive.low[rest], primitive.high[rest], size)
+        return np.column_stack([ends, np.where(random.random(size) < told, drawn, np.nan)])
 
     def displacement(self, parameters: Array) -> Array:
         """How far the hand goes, (n, 2)."""
