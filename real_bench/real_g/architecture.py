@@ -180,8 +180,7 @@ class RealG(Controller):
 
     def _choose(self, number: int, row: Array, goal: Array, n_left: int) -> Choice:
         def propose(ends: Array) -> Array:
-            goals = self._play.relation.goals(ends, self._random)
-            return self._play.skills[number].propose(row, goals, self._random)
+            return self._play.propose(number, row, ends, self._random)
 
         return self._planners[number].choose(row, goal, n_left, propose, self._random)
 

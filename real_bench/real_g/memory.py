@@ -181,7 +181,9 @@ class ActionMemory:
     def _draw_members(self, situations: Array, random: np.random.Generator) -> Array:
         """A member of the family that is drawn for each of n situations, (n, P)."""
         # mostly they are all the same
-        distinct, inverse = np.unique(situations, axis=0, return_inverse=True)
+        keys = np.nan_to_num(situations, nan=np.inf)
+        _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+        distinct = situations[first]
         counts = np.stack([family.counts(distinct) for family in self.families])[:, :, inverse]
         chosen = random.beta(counts[:, 0], counts[:, 1]).argmax(axis=0)
         relative = np.empty((len(situations), len(self._range)))

@@ -39,6 +39,7 @@ class PlaySettings(Settings):
         bred: the share of actions that are variations of remembered ones, whatever is expected.
         near: the share of goals near the object.
         anywhere: the share of goals drawn anywhere, whether or not there is anything to learn.
+        high: the share of goals that say how high to carry the object there, if the hand can.
         candidates: actions considered before one is taken.
         fresh: the share of these that do not come from memory.
         steps: of training in a lesson, per action that it learns from.
@@ -52,6 +53,7 @@ class PlaySettings(Settings):
     bred: float = Field(0.45, ge=0, le=1)
     near: float = Field(0.25, ge=0, le=1)
     anywhere: float = Field(0.0, ge=0, le=1)
+    high: float = Field(0.5, ge=0, le=1)
     candidates: int = Field(500, ge=1)
     fresh: float = Field(0.3, ge=0, le=1)
     steps: float = Field(1.0, gt=0)
@@ -166,6 +168,11 @@ class Play:
             self._memory(o).record(before[o], parameters, float(success) ** MEMORY_EXPONENT)
             self.goals.record_attempt(parameters[list(self.primitive.end)], float(success))
 
+    def propose(self, number: int, row: Array, ends: Array, random: np.random.Generator) -> Array:
+        """Actions for an object at a row, (n, P), that end the hand at (n, 2) positions."""
+        goals = self.relation.goals(ends, random, self._settings.high)
+        return self.skills[number].propose(row, goals, random)
+
     def next_parameters(self, rows: Array, random: np.random.Generator) -> Array:
         """Of the next action, (P,).
 
@@ -186,8 +193,8 @@ class Play:
             goal = row[:2] + random.normal(size=2) * reach * sample_scales(1, random)
         elif kind < settings.near + settings.anywhere:
             goal = random.uniform(self._low, self._high)
-        end = np.clip(goal, self._low, self._high)
-        goals = np.tile(self.relation.goals(end[None], random), (settings.candidates, 1))
+        ends = np.clip(goal, self._low, self._high)[None]
+        goals = self.relation.goals(ends, random, settings.high).repeat(settings.candidates, axis=0)
         skill = self.skills[number] if number < len(self.skills) else None
         chance = random.random()
         if skill is None or not skill.has_learned or chance < settings.random:

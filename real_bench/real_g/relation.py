@@ -74,7 +74,7 @@ class Relation:
         displacement = self.displacement(parameters)
         return np.asarray(np.arctan2(displacement[:, 1], displacement[:, 0]))
 
-    def goals(self, ends: Array, random: np.random.Generator, told: float = 0.5) -> Array:
+    def goals(self, ends: Array, random: np.random.Generator, told: float) -> Array:
         """Goals at (n, 2) ends, (n, G).
 
         A share of them tells how high the way there goes, drawn from its range. The others leave it

@@ -68,6 +68,21 @@ def test_proposed_actions_are_in_range_and_go_where_asked(deed: Primitive, seed:
         np.testing.assert_array_equal(thought[:, list(deed.goal)], goals)
 
 
+def test_what_a_goal_leaves_open_is_as_remembered() -> None:
+    memory, random, row = ActionMemory(Relation(HAND)), np.random.default_rng(0), rows(1)[0]
+    numbers = (HAND.low + HAND.high) / 2
+    for _ in range(50):
+        memory.record(row, numbers, 0.0)
+    memory.record(row, numbers, 1.0)
+    goals = np.tile([*numbers[list(HAND.end)], np.nan], (400, 1))
+    rise = HAND.goal[2]
+    varied = memory.sample_variations(row, goals, random)[:, rise]
+    assert np.median(varied) == numbers[rise]
+    assert 0.3 < (varied != numbers[rise]).mean() < 0.7
+    fresh = sample_near_object(Relation(HAND), row, goals, random)[:, rise]
+    assert np.quantile(fresh, [0.1, 0.9]) == pytest.approx([0.1, 0.9], abs=0.06)
+
+
 def test_actions_that_work_are_kept_and_lucky_ones_given_up() -> None:
     memory, random = ActionMemory(Relation(HAND)), np.random.default_rng(0)
     row, (real, lucky) = rows(1)[0], drawn(HAND, 2, 1)
