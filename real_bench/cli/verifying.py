@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from real_bench.verification import BundleVerdict
 
-NAMES = {True: "verified", False: "NOT VERIFIED"}
-
 
 def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleVerdict]:
     """Verify all results in a folder, print a verdict on each, and keep those on a round's.
@@ -55,7 +53,7 @@ def _show(verdicts: Sequence[BundleVerdict], folder: Path) -> None:
     else:
         print_tables(_table(verdicts, folder))
     for verdict in verdicts:
-        say(f"{_name(verdict.bundle.result, folder)}: {_word(verdict)}: {verdict.detail}")
+        say(f"{_name(verdict.bundle.result, folder)}: {_in_a_line(verdict)}")
 
 
 def _table(verdicts: Sequence[BundleVerdict], folder: Path) -> Table:
@@ -74,8 +72,10 @@ def _table(verdicts: Sequence[BundleVerdict], folder: Path) -> Table:
     return table
 
 
-def _word(verdict: BundleVerdict) -> str:
-    return "undecided" if verdict.is_undecided else NAMES[verdict.holds]
+def _in_a_line(verdict: BundleVerdict) -> str:
+    if verdict.holds:
+        return verdict.detail
+    return f"{'undecided' if verdict.is_undecided else 'NOT VERIFIED'}: {verdict.detail}"
 
 
 def _name(result: Path, folder: Path) -> str:

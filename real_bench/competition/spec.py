@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -22,6 +23,8 @@ from real_bench.submissions import FROZEN
 from real_bench.yaml_files import read_mapping
 
 MOMENT = "%Y-%m-%d %H:%M:%S"
+
+COMMITMENT = re.compile(r"[0-9a-f]{64}")
 
 Play = Literal["own", "given", "none"]
 
@@ -64,6 +67,16 @@ class Round(Record):
     ties: Literal["paired", "none"] = "paired"
     start: str = ""
     end: str = ""
+
+    @field_validator("commitment")
+    @classmethod
+    def _check_commitment(cls, text: str) -> str:
+        commitment = text.strip().lower()
+        if commitment and not COMMITMENT.fullmatch(commitment):
+            raise ValueError(
+                "`realbench goals generate --secret` prints 64 hexadecimal digits: give all of them"
+            )
+        return commitment
 
     @field_validator("start", "end")
     @classmethod

@@ -278,7 +278,7 @@ def test_every_bundle_in_a_folder_gets_a_verdict(bundle: Bundle, honest: Path) -
     assert "verified: trials, settings (not checked: recording, code, state, play)" in lines[0]
     assert "NOT VERIFIED: result: score.json is damaged" in lines[1]
     assert "NOT VERIFIED: trials: " in lines[2]
-    assert "honest/score.json: verified: " in lines[3]
+    assert "honest/score.json: verified: trials, " in lines[3]
 
 
 def test_leaderboard_shows_that_a_round_was_verified(place: Path) -> None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import stat
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -68,10 +69,18 @@ def test_secret_goals_refuse_a_seed(place: Path) -> None:
     assert "--secret draws a seed" in done.stderr
 
 
+@pytest.mark.parametrize("written", ["4be1...", "x" * 64, "0" * 63])
+def test_what_is_no_commitment_is_refused_before_a_round_begins(place: Path, written: str) -> None:
+    path = rounds(place, commitment=written)
+    done = realbench(place, "round", "run", "submissions", path, code=1)
+    assert "64 hexadecimal digits" in done.stderr
+
+
 def test_secret_goals_stay_unpublished_until_released(place: Path, secret: str) -> None:
     """Neither on the site nor in a report."""
     submission(place / "submissions" / "good", GOOD)
-    asked = {"goals": "secret.npy", "commitment": secret, "play": "none", "trial_steps": 800}
+    asked: dict[str, Any] = {"goals": "secret.npy", "play": "none", "trial_steps": 800}
+    asked["commitment"] = f" {secret.upper()}"
     run = ["round", "run", "submissions"]
     realbench(place, *run, rounds(place, **asked))
     done = realbench(place, "leaderboard", "results", "--site", "site", "--films")
