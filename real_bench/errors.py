@@ -50,6 +50,10 @@ class ControllerFailedError(ControllerError):
     exit_code = 4
 
 
+class ControllerDeclinedError(ControllerFailedError):
+    """A controller that says itself, by an error of this family, why it cannot go on."""
+
+
 class OutOfTimeError(ControllerFailedError):
     """A controller that took longer than it may."""
 

@@ -17,6 +17,7 @@ REFUSED: Status = "refused"
 
 STATUS_OF: dict[str, Status] = {
     "ControllerFailedError": "crashed",
+    "ControllerDeclinedError": "crashed",
     "PhysicsError": "crashed",
     "OutOfTimeError": "out of time",
     "OutOfMemoryError": "out of memory",

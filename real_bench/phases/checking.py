@@ -10,7 +10,7 @@ from typing import Any
 
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
-from real_bench.errors import RealBenchError
+from real_bench.errors import ControllerDeclinedError, RealBenchError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.locks import temporary_folder
 from real_bench.phases.extrinsic import ExtrinsicPhase
@@ -144,7 +144,11 @@ class ControllerCheck:
                 proxy = None  # another process would test it
             plan = plan_test_after(play, None, n_steps)
             test = ExtrinsicPhase(plan, 1, folder / "score.json")
-            test.run(lambda _: None, proxy=proxy)
+            try:
+                test.run(lambda _: None, proxy=proxy)
+            except ControllerDeclinedError as error:  # it may need a longer play
+                said = f"not tried: it declines after {play.steps:,} steps of play ({error})"
+                return Finding("tests", True, said)
         return Finding("tests", True, f"a goal, after {play.steps:,} steps of play")
 
     @contextmanager

@@ -15,7 +15,12 @@ from real_bench.actions import Action, Command, check_action, wants_render
 from real_bench.blame import blame, is_self_explanatory
 from real_bench.compat.official import OfficialActions, official_observation, official_space
 from real_bench.controller import Controller
-from real_bench.errors import ActionError, ControllerError, PhysicsError
+from real_bench.errors import (
+    ActionError,
+    ControllerDeclinedError,
+    ControllerError,
+    PhysicsError,
+)
 from real_bench.explanation import Explanation
 from real_bench.finding import (
     find_controller,
@@ -252,7 +257,7 @@ class LocalProxy:
             raise  # of the world that it looks at, not its own
         except (Exception, SystemExit) as error:
             if is_self_explanatory(error, self._place):
-                raise fault(self, str(error)) from error
+                raise fault(self, str(error), ControllerDeclinedError) from error
             name = getattr(function, "__name__", "it")
             raise fault(self, f"{name}() failed at {blame(error, self._place)}") from error
 

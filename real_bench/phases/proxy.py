@@ -144,6 +144,10 @@ def close_on_error(proxy: ControllerProxy) -> Iterator[ControllerProxy]:
         raise
 
 
-def fault(proxy: ControllerProxy, what: str) -> ControllerFailedError:
+def fault(
+    proxy: ControllerProxy,
+    what: str,
+    kind: type[ControllerFailedError] = ControllerFailedError,
+) -> ControllerFailedError:
     """An error that names the controller."""
-    return ControllerFailedError(f"controller {proxy.spec}: {what}")
+    return kind(f"controller {proxy.spec}: {what}")

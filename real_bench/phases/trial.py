@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
-from real_bench.errors import ControllerFailedError, PhysicsError, RealBenchError
+from real_bench.errors import (
+    ControllerDeclinedError,
+    ControllerFailedError,
+    PhysicsError,
+    RealBenchError,
+)
 from real_bench.files import check_folder, write_atomically
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.phases.activity import LEARNING, PLANNING, Activity, ignore_activity
@@ -147,6 +152,8 @@ class TrialMaker:
         began = time.monotonic()
         try:
             result = self._trial(number)
+        except ControllerDeclinedError as error:  # too late for that
+            raise ControllerFailedError(f"goal {number}: {error}") from error
         except (PhysicsError, ControllerFailedError) as error:
             raise type(error)(f"goal {number}: {error}") from error
         return result, time.monotonic() - began

@@ -6,6 +6,7 @@ The child may report anything: the kind only decides how its failure is named.
 from __future__ import annotations
 
 from real_bench.errors import (
+    ControllerDeclinedError,
     ControllerError,
     ControllerFailedError,
     OutOfMemoryError,
@@ -15,6 +16,7 @@ from real_bench.errors import (
 KINDS: dict[str, type[ControllerError]] = {
     "crashed": ControllerFailedError,
     "memory": OutOfMemoryError,
+    "declined": ControllerDeclinedError,
     "unfit": SubmissionError,
     "asked": ControllerError,
 }

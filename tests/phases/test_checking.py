@@ -1,0 +1,90 @@
+"""What a check says of a controller that cannot be tested after its short play."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from real_bench.competition.standing import STATUS_OF
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError
+from real_bench.phases.checking import ControllerCheck, Finding
+from real_bench.phases.local import LocalBackend
+from real_bench.phases.proxy import ControllerBackend
+from real_bench.sandbox import SandboxBackend
+from real_bench.simulation import Scene
+
+CODE = """
+from real_bench import Action, Controller
+from real_bench.errors import ControllerError
+
+class Mine(Controller):
+    in_trial = False
+
+    def get_state(self):
+        return {"plays": True}
+
+    def set_state(self, state):
+        pass
+
+    def start_extrinsic_phase(self):
+        HOOK
+
+    def start_extrinsic_trial(self):
+        self.in_trial = True
+
+    def next_action(self, observation):
+        if self.in_trial:
+            TRIAL
+        return Action.rest(4, 20)
+"""
+LOCAL, SANDBOX = LocalBackend(), SandboxBackend()
+
+
+def last_finding(
+    folder: Path, scene: Scene, backend: ControllerBackend, hook: str, trial: str = "pass"
+) -> Finding:
+    """Of a controller with these lines in its hook and in its trials."""
+    file = folder / "mine.py"
+    file.write_text(CODE.replace("HOOK", hook).replace("TRIAL", trial))
+    check = ControllerCheck(
+        str(file), Condition.parse("OM"), scene, 1, {}, backend, tests_a_goal=True
+    )
+    return list(check.findings())[-1]
+
+
+@pytest.mark.parametrize("backend", [LOCAL, SANDBOX], ids=["here", "isolated"])
+def test_a_controller_may_decline_a_test_after_so_short_a_play(
+    tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend
+) -> None:
+    hook = 'raise ControllerError("it needs 1,000 actions")'
+    found = last_finding(tmp_path, builtin_scene, backend, hook)
+    assert found.good
+    assert found.detail.startswith("not tried: it declines after 60 steps of play (")
+    assert "it needs 1,000 actions" in found.detail
+
+
+@pytest.mark.parametrize(
+    ("hook", "trial"),
+    [
+        ("raise ValueError('a bug')", "pass"),
+        ("pass", "raise ControllerError('too late')"),
+        ("pass", "raise ValueError('a bug')"),
+    ],
+)
+def test_a_controller_that_fails_in_a_test_fails_its_check(
+    tmp_path: Path, builtin_scene: Scene, hook: str, trial: str
+) -> None:
+    found = last_finding(tmp_path, builtin_scene, LOCAL, hook, trial)
+    assert not found.good
+    assert "a bug" in found.detail or "too late" in found.detail
+
+
+def test_every_fault_of_a_controller_gives_its_submission_a_status() -> None:
+    kinds, named = [ControllerError], set()
+    while kinds:
+        kind = kinds.pop()
+        named.add(kind.__name__)
+        kinds += kind.__subclasses__()
+    assert named <= STATUS_OF.keys()
