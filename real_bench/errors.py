@@ -113,7 +113,7 @@ def faults(
             place[:length] == fault["loc"] and len(place) > length for place in places
         ):
             continue  # only because its content is wrong
-        what = quoted(fault["msg"], 200)
+        what = quoted(fault["msg"].removeprefix("Value error, "), 200)
         if fault["type"] in ("list_type", "tuple_type"):
             what = "a list is expected, as in [0, 0.5]"
         if unknown is not None and fault["type"] == "extra_forbidden":

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
 from real_bench.lengths import MAX_TRIAL_STEPS
+from real_bench.spelling import spelled
 
 SEEDS = 2**63
 """How many there are, from 0."""
@@ -17,7 +18,13 @@ SEEDS = 2**63
 Seed = Annotated[int, Field(ge=0, lt=SEEDS)]
 Steps = Annotated[int, Field(ge=1, lt=2**63)]
 TrialSteps = Annotated[int, Field(ge=1, le=MAX_TRIAL_STEPS)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.,+-]*$")]
+Name = Annotated[
+    str,
+    spelled(
+        "[A-Za-z0-9_][A-Za-z0-9_.,+-]*",
+        "a name has no spaces: letters, digits and _ . , + - only, and none of . , + - first",
+    ),
+]
 """A name that becomes part of file names."""
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
     Field,
+    StringConstraints,
     ValidationError,
     field_validator,
     model_validator,
@@ -19,12 +19,20 @@ from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.nearest import unknown_name_hint
 from real_bench.sandbox.limits import Limits
+from real_bench.spelling import spelled
 from real_bench.submissions import FROZEN
 from real_bench.yaml_files import read_mapping
 
 MOMENT = "%Y-%m-%d %H:%M:%S"
 
-COMMITMENT = re.compile(r"[0-9a-f]{64}")
+Commitment = Annotated[
+    str,
+    StringConstraints(strip_whitespace=True, to_lower=True),
+    spelled(
+        "([0-9a-f]{64})?",
+        "`realbench goals generate --secret` prints 64 hexadecimal digits: give all of them",
+    ),
+]
 
 Play = Literal["own", "given", "none"]
 
@@ -55,7 +63,7 @@ class Round(Record):
     objects: Annotated[int, Field(ge=1)] = 1
     goals: str
     released: bool = False
-    commitment: str = ""
+    commitment: Commitment = ""
     play: Play = "own"
     recordings: tuple[str, ...] = ()
     steps: Steps = INTRINSIC_STEPS
@@ -67,16 +75,6 @@ class Round(Record):
     ties: Literal["paired", "none"] = "paired"
     start: str = ""
     end: str = ""
-
-    @field_validator("commitment")
-    @classmethod
-    def _check_commitment(cls, text: str) -> str:
-        commitment = text.strip().lower()
-        if commitment and not COMMITMENT.fullmatch(commitment):
-            raise ValueError(
-                "`realbench goals generate --secret` prints 64 hexadecimal digits: give all of them"
-            )
-        return commitment
 
     @field_validator("start", "end")
     @classmethod

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from real_bench.errors import SceneError, faults
 from real_bench.nearest import did_you_mean, unknown_name_hint
+from real_bench.spelling import HASH, spelled
 from real_bench.yaml_files import read_mapping
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
@@ -24,7 +25,16 @@ DEFAULT_SCENE = "official"
 Vector2 = tuple[float, float]
 Vector3 = tuple[float, float, float]
 NineNumbers = Annotated[tuple[float, ...], Field(min_length=9, max_length=9)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,31}$")]
+Name = Annotated[
+    str,
+    spelled(
+        "[A-Za-z][A-Za-z0-9_-]{0,31}",
+        "a name has up to 32 letters, digits, _ and -, and begins with a letter",
+    ),
+]
+Wheel = Annotated[
+    str, spelled("[A-Za-z0-9._-]+==[A-Za-z0-9.]+", "write a package and its version: name==1.0")
+]
 
 
 class _Record(BaseModel):
@@ -43,8 +53,8 @@ class Assets(_Record):
         folder: in which they are: in the wheel, or beside the manifest.
     """
 
-    wheel: str | None = Field(None, pattern=r"^[A-Za-z0-9._-]+==[A-Za-z0-9.]+$")
-    sha256: str | None = Field(None, pattern=r"^[0-9a-f]{64}$")
+    wheel: Wheel | None = None
+    sha256: Annotated[str, HASH] | None = None
     folder: str = "."
 
     @model_validator(mode="after")

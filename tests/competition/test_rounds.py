@@ -270,7 +270,7 @@ def test_round_cannot_have_the_name_of_what_results_hold(place: Path, name: str)
     spec = {"scene": "builtin", "rounds": {name: ROUND}}
     (place / "round.yaml").write_text(json.dumps(spec))
     done = realbench(place, "round", "run", "handed-in", "round.yaml", code=1)
-    assert f"rounds: Value error, a round cannot be called {name}" in done.stderr
+    assert f"rounds: a round cannot be called {name}" in done.stderr
     assert not (place / "results").exists()
 
 

@@ -61,7 +61,9 @@ def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -
         ({"cells": [{**RANDOM, "goals": ["b"]}]}, "unknown goals b"),
         ({"cells": [{**RANDOM, "condition": "XM"}]}, "unknown condition 'XM'"),
         ({"cells": [{**RANDOM, "objects": 0}]}, "objects"),
-        ({"cells": [{**RANDOM, "name": "../x"}]}, "name"),
+        ({"cells": [{**RANDOM, "name": "../x"}]}, "cells.0.name: a name has no spaces: letters"),
+        ({"cells": [{**RANDOM, "name": "as it is"}]}, "cells.0.name: a name has no spaces"),
+        ({"cells": [{**RANDOM, "name": "one\ntwo"}]}, "cells.0.name: a name has no spaces"),
         (
             {"cells": [{**RANDOM, "publishd": 1}]},
             r"cells\.0\.publishd: unknown name, did you mean published\? \(use: "
