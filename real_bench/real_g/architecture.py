@@ -257,7 +257,7 @@ class RealG(Controller):
     def _new_planners(self, n: int) -> list[Planner]:
         """One for each of n objects."""
         relation = self._play.relation
-        if self._primitive.is_repeatable:
+        if self._primitive.place_scale is not None:
             return [ReplayPlanner(relation) for _ in range(n)]
         steps, settings = self._play_settings.last_steps, self._planner_settings
         return [ModelPlanner(relation, self._seed + o, steps, settings) for o in range(n)]

@@ -29,8 +29,10 @@ class Primitive(Protocol):
         yaw: which of them is the hand's turn about the vertical, radians; None if it has none.
         height: which of them is the height at which it reaches an object; None if it has none.
         tilts: which of them are deviations from upright; 0 is upright.
-        is_repeatable: whether trials repeat actions of the play, which needs few parameters: then
-            the play knows an action like nearly any other. Otherwise a model predicts outcomes.
+        place_scale: how much a metre between the places of two objects counts when the likeness of
+            actions on them is told, in metres between where actions begin, relative to the object;
+            more, where an action is done less precisely everywhere. None: trials do not repeat
+            actions of the play, which knows none like any other; a model predicts what they do.
         steps: how many steps it lasts.
     """
 
@@ -42,7 +44,7 @@ class Primitive(Protocol):
     yaw: int | None
     height: int | None
     tilts: tuple[int, ...]
-    is_repeatable: bool
+    place_scale: float | None
     steps: int
 
     def action(self, parameters: Array) -> Action:
@@ -70,7 +72,7 @@ class Push:
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()
-    is_repeatable = True
+    place_scale: float | None = 0.05
 
     def __init__(self, action_space: Any) -> None:
         box = action_space.spaces["macro_action"]
@@ -132,7 +134,7 @@ class Hand:
     yaw: int | None = 2
     height: int | None = 4
     tilts: tuple[int, ...] = (3, 12)
-    is_repeatable = False
+    place_scale: float | None = None
     steps = sum(stage.poses * stage.steps for stage in STAGES)
 
     def __init__(self, action_space: Any) -> None:

@@ -34,7 +34,7 @@ class JointPush:
     yaw: int | None = None
     height: int | None = None
     tilts: tuple[int, ...] = ()
-    is_repeatable = True
+    place_scale: float | None = 0.5  # where the map errs, it errs otherwise elsewhere
     steps = ABOVE + DOWN + N_ALONG * ALONG + UP + HOME
 
     def __init__(self, planes: Planes) -> None:

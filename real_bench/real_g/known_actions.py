@@ -16,10 +16,10 @@ Array = NDArray[np.float64]
 N_SIMILAR = 10
 """How many actions tell what a similar one does."""
 
-LENGTH_SCALE, TURN_M, PLACE_SCALE, ORIENTATION_M = 0.3, 0.05, 0.05, 0.004
+LENGTH_SCALE, TURN_M, ORIENTATION_M = 0.3, 0.05, 0.004
 """How unlike two actions are, in metres: how far apart they begin, relative to the object. So much
-count a metre of difference in length, a radian in direction, a metre in where the object is, one in
-the features of how it lies.
+count a metre of difference in length, a radian in direction, one in the features of how the object
+lies. Where it is counts as the form of the action says.
 """
 
 MOVED_M = 0.001
@@ -121,7 +121,9 @@ class KnownActions:
         start = relation.relative(rows, parameters)[:, relation.primitive.start]
         length = np.linalg.norm(relation.displacement(parameters), axis=1)
         turn = TURN_M * np.column_stack([np.cos(angle), np.sin(angle)])
-        keys = [start, LENGTH_SCALE * length, turn, PLACE_SCALE * rows[:, :2]]
+        keys = [start, LENGTH_SCALE * length, turn]
+        if relation.primitive.place_scale:
+            keys.append(relation.primitive.place_scale * rows[:, :2])
         if rows.shape[1] == 7:
             keys.append(ORIENTATION_M * orientation_features(rows[:, 3:], angle))
         return np.column_stack(keys)

@@ -11,7 +11,7 @@ from real_bench.real_g.known_actions import KnownActions
 from real_bench.real_g.planner import Choice
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.replay import ReplayPlanner
-from tests.real_g.deeds import PUSH, Array, drawn
+from tests.real_g.deeds import JOINT_PUSH, PUSH, Array, drawn
 
 World = Callable[[Array, Array], Array]
 
@@ -195,3 +195,21 @@ def test_plays_that_were_kept_without_orientations_are_still_of_use() -> None:
     np.testing.assert_array_equal(choice.parameters, choose(replay, row[:3], goal).parameters)
     replay.observe(row, row, choice.parameters)
     assert np.isfinite(choose(replay, row, goal).expected_distance)
+
+
+def test_pushes_that_err_by_place_are_judged_by_those_near_there() -> None:
+    """As pushes with joints do, through a map that was learned."""
+
+    def erring(before: Array, parameters: Array) -> Array:
+        return pushed(before, parameters + np.tile(0.06 * np.sin(9 * before[:, :2]), 2))
+
+    before, after, parameters = played(4000, erring)
+    n = len(before) - 500
+    errors = []
+    for deed in (PUSH, JOINT_PUSH):
+        known = KnownActions(Relation(deed), before[:n], after[:n], parameters[:n])
+        for row, end, action in zip(before[n:], after[n:], parameters[n:], strict=True):
+            ends, weights = known.outcomes(row, action[None])
+            errors.append(np.linalg.norm(weights[0] @ ends[0] - end))
+    exact, by_place = np.reshape(errors, (2, 500)).mean(axis=1)
+    assert by_place < 0.9 * exact
