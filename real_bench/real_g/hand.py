@@ -29,10 +29,10 @@ class Primitive(Protocol):
         yaw: which of them is the hand's turn about the vertical, radians; None if it has none.
         height: which of them is the height at which it reaches an object; None if it has none.
         tilts: which of them are deviations from upright; 0 is upright.
-        place_scale: how much a metre between the places of two objects counts when the likeness of
-            actions on them is told, in metres between where actions begin, relative to the object;
-            more, where an action is done less precisely everywhere. None: trials do not repeat
-            actions of the play, which knows none like any other; a model predicts what they do.
+        place_scale: when trials repeat actions of the play: how unlike two actions become with each
+            metre between the places of their objects, in metres between where they begin relative
+            to the object. It is larger where the same action turns out otherwise elsewhere. None:
+            actions are not repeated, since hardly any two are alike; a model predicts outcomes.
         steps: how many steps it lasts.
     """
 
