@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import Annotated
 
 from pydantic import AfterValidator
 
@@ -18,4 +19,6 @@ def spelled(pattern: str, rule: str) -> AfterValidator:
     return AfterValidator(check)
 
 
-HASH = spelled("[0-9a-f]{64}", "a sha256 has 64 hexadecimal digits, in lower case")
+Sha256 = Annotated[
+    str, spelled("[0-9a-f]{64}", "a sha256 has 64 hexadecimal digits, in lower case")
+]

@@ -21,9 +21,7 @@ from real_bench.errors import GoalSetError, faults
 from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
 from real_bench.goal_sets.goal import SECRET, UNKNOWN_SEED, GoalSet
 from real_bench.simulation import Scene
-from real_bench.spelling import HASH
-
-Sha256 = Annotated[str, HASH]
+from real_bench.spelling import Sha256
 
 
 class Opening(BaseModel):

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
+from real_bench.real_g.hand import Primitive
 from real_bench.real_g.relation import Relation, rotate
 
 Array = NDArray[np.float64]
@@ -175,8 +176,7 @@ class ActionMemory:
         if primitive.yaw is not None:  # the object may be turned otherwise than it was
             redrawn[:, primitive.yaw] = random.random(n) < 0.5
         relative = np.where(redrawn, self._draw_uniform(n, random), relative)
-        relative[:, primitive.goal] = np.where(np.isnan(goals), relative[:, primitive.goal], goals)
-        return self.absolute(row, relative)
+        return self.absolute(row, _with_goals(primitive, relative, goals))
 
     def _draw_members(self, situations: Array, random: np.random.Generator) -> Array:
         """A member of the family that is drawn for each of n situations, (n, P)."""
@@ -309,8 +309,14 @@ def sample_near_object(
     parameters[:, primitive.start] = row[:2] + reach * np.column_stack(
         [np.cos(direction), np.sin(direction)]
     )
-    parameters[:, primitive.goal] = np.where(np.isnan(goals), parameters[:, primitive.goal], goals)
-    return np.clip(parameters, primitive.low, primitive.high)
+    return np.clip(_with_goals(primitive, parameters, goals), primitive.low, primitive.high)
+
+
+def _with_goals(primitive: Primitive, parameters: Array, goals: Array) -> Array:
+    """Actions for (n, G) goals; what these leave open (NaN) is as it was, (n, P)."""
+    told = parameters.copy()
+    told[:, primitive.goal] = np.where(np.isnan(goals), told[:, primitive.goal], goals)
+    return told
 
 
 def sample_scales(n: int, random: np.random.Generator, farthest: float = MAX_SCALE) -> Array:

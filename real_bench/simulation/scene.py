@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from real_bench.errors import SceneError, faults
 from real_bench.nearest import did_you_mean, unknown_name_hint
-from real_bench.spelling import HASH, spelled
+from real_bench.spelling import Sha256, spelled
 from real_bench.yaml_files import read_mapping
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
@@ -54,7 +54,7 @@ class Assets(_Record):
     """
 
     wheel: Wheel | None = None
-    sha256: Annotated[str, HASH] | None = None
+    sha256: Sha256 | None = None
     folder: str = "."
 
     @model_validator(mode="after")
