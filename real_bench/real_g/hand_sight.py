@@ -1,8 +1,9 @@
 """Where the robot's own hand is in an image, learned by moving the gripper alone.
 
 Pixels that are nearer than they are with the gripper open show the closed gripper. Of each colour
-of the arm the share of such pixels is counted; the colours that are mostly of the gripper are the
-hand's. (The arm sways when the gripper moves, so every colour has some.)
+of the arm the share of such pixels is counted; the colours that are often of the gripper are the
+hand's. The arm sways when the gripper moves, so every colour has some; a posture in which most of
+the arm moves does not count.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ MAX_DEPTH = 0.99
 NEARER = 0.01
 """Something stands before something else if it is nearer by this share of the ground's distance."""
 
-MIN_GRIPPER_SHARE = 0.55
+MAX_SWAY = 0.5
+"""The arm sways if more than this share of its pixels moves."""
+
+MIN_GRIPPER_SHARE = 0.45
 """The share of a colour's pixels that move with the gripper, if it is the hand's."""
 
 RARE = 50
@@ -81,7 +85,7 @@ class HandSight:
         return np.column_stack([across, distance]).astype(np.float64)
 
     def compare(self, image: Image, closed: NDArray[Any], wide: NDArray[Any]) -> None:
-        """Learn colours from one posture seen twice.
+        """Learn colours from one posture seen twice, unless the arm sways.
 
         Args:
             image: with the gripper closed, (height, width, 3).
@@ -91,6 +95,8 @@ class HandSight:
         one, other = self._distance(closed), self._distance(wide)
         arm = self._ground - one > 2 * NEARER
         moves = arm & (other - one > NEARER)
+        if moves.sum() > MAX_SWAY * arm.sum():
+            return
         colours = colours_of(image)
         self._seen = self._seen + np.bincount(colours[arm], minlength=N_COLOURS)
         self._moved = self._moved + np.bincount(colours[moves], minlength=N_COLOURS)

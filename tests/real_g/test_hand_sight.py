@@ -70,6 +70,14 @@ def test_nothing_is_a_hand_before_the_gripper_was_seen_to_move() -> None:
     assert not sight.colours.any()
 
 
+@given(n=st.integers(1, 20))
+def test_a_swaying_arm_is_no_hand(n: int) -> None:
+    sight = taught()
+    for _ in range(n):
+        sight.compare(*look((160, 120), gripper=True), buffer(ground()))  # all of it is gone
+    assert (sight.colours == taught().colours).all()
+
+
 def test_ground_points_lie_on_the_ground_alone() -> None:
     points = taught().ground_points(4)
     assert points[:, 2] == pytest.approx(1.0, abs=1e-4)
