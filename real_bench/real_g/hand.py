@@ -105,11 +105,13 @@ class Stage:
     steps: int
 
 
-MIDDLE, ABOVE, DOWN, GRIP = Stage(1, 50), Stage(2, 50), Stage(1, 85), Stage(1, 50)
-UP, CARRY, LOWER = Stage(3, 25), Stage(12, 25), Stage(4, 25)
-LET_GO, LEAVE, HOME = Stage(1, 45), Stage(1, 40), Stage(1, 155)
+MIDDLE, ABOVE, DOWN, GRIP = Stage(1, 40), Stage(2, 50), Stage(1, 60), Stage(1, 55)
+UP, CARRY, LOWER = Stage(3, 14), Stage(12, 15), Stage(4, 14)
+LET_GO, LEAVE, HOME = Stage(1, 40), Stage(1, 30), Stage(1, 110)
 STAGES = (MIDDLE, ABOVE, DOWN, GRIP, UP, CARRY, LOWER, LET_GO, LEAVE, HOME)
-"""A distant pose makes the arm rush, so something in its grip is moved by many small ones."""
+"""A distant pose makes the arm rush, so something in its grip is moved by many small ones. None is
+longer than it has to be: a trial is as good as it has actions.
+"""
 
 MAX_TILT = np.pi / 4
 
