@@ -190,12 +190,12 @@ class RealG(Controller):
         if self._play.lesson_due(n) > self._play.n_learned:
             self._learn(self._play.lesson_due(n))
         if self._wander is not None and self._n_idle >= MAX_IDLE:
-            parameters, action = self._unknown, self._wander(self._random)
+            action = self._wander(self._random)
         else:
-            parameters = self._next_parameters(self._perception.rows(self._n_seen - 1)[0])
-            self._perception.act(self._primitive.path(parameters))
-            action = self._primitive.action(parameters)
-        self._parameters.append(parameters)
+            rows = self._perception.rows(self._n_seen - 1)[0]
+            action = self._primitive.action(self._next_parameters(rows))
+        self._perception.act(self._path_of(action))
+        self._parameters.append(self._parameters_of(action))
         self._preconditions.append(self._n_seen - 1)
         return action
 
@@ -204,10 +204,13 @@ class RealG(Controller):
             return self._babbling.next_parameters(self._random)
         return self._play.next_parameters(rows, self._random)
 
-    @property
-    def _unknown(self) -> Array:
-        """The parameters of an action that is not of the primitive's form."""
-        return np.full(len(self._primitive.low), np.nan)
+    def _parameters_of(self, action: Action) -> Array:
+        """Its parameters, (P,), as a recording tells them; NaN if it is not of the primitive's form.
+
+        They may differ from those that made it: without a way to rise, nothing tells its share.
+        """
+        parameters = self._primitive.parameters(action)
+        return np.full(len(self._primitive.low), np.nan) if parameters is None else parameters
 
     def _begin(self, seed: int) -> None:
         """Begin with an empty memory; the seed is of all that is learned."""
@@ -265,10 +268,8 @@ class RealG(Controller):
     def _recall(self, experience: Experience) -> None:
         """Remember a whole play, and the goals that follow from it."""
         self._begin(self._seed)
-        primitive = self._primitive
-        for number in range(len(experience)):
-            parameters = primitive.parameters(experience.action(number))
-            self._parameters.append(self._unknown if parameters is None else parameters)
+        actions = map(experience.action, range(len(experience)))
+        self._parameters = list(map(self._parameters_of, actions))
         self._preconditions = experience.preconditions.tolist()
         self._outcomes = experience.outcomes.tolist()
         self._n_seen = experience.n_states
