@@ -205,7 +205,7 @@ class RealG(Controller):
         return self._play.next_parameters(rows, self._random)
 
     def _parameters_of(self, action: Action) -> Array:
-        """Its parameters, (P,), as a recording tells them; NaN if it is not of the primitive's form.
+        """Its parameters as a recording tells them, (P,); NaN if it has another form.
 
         They may differ from those that made it: without a way to rise, nothing tells its share.
         """

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 N_ALONG = 14
 """Postures along the line."""
 
-ABOVE, DOWN, ALONG, UP, HOME = 120, 60, 30, 80, 320
+ABOVE, DOWN, ALONG, UP, HOME = 100, 60, 20, 50, 170
 """Steps for which postures are held; those along the line each."""
 
 N_JOINTS = 9

@@ -96,7 +96,7 @@ def test_recalled_play_gives_the_same_memory_as_a_lived_one(
         action = lived.next_action(seen[number])
         expected = experience.action(number)
         np.testing.assert_array_equal(action.first(expected.duration).commands, expected.commands)
-    # the last action was cut, which only the recording knows: the lived one does not see its outcome
+    # the last action was cut, which only the recording knows: no outcome of it is seen alive
     memory = copy.deepcopy(lived._play.skills[0].memory)
     recalls.set_state(lived.get_state())
     recalls.resume_intrinsic_phase(experience)
