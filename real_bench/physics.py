@@ -9,10 +9,10 @@ recordings and results replay bit for bit exactly on machines with the same hash
 from __future__ import annotations
 
 import hashlib
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
 
+from real_bench.counting import tallied
 from real_bench.quoting import quoted
 
 PHYSICS = "physics"
@@ -55,8 +55,7 @@ def physics_of(versions: Mapping[str, str]) -> str:
 
 def mixture(fingerprints: Sequence[str]) -> str:
     """A remark on scores with different physics; empty if there is only one."""
-    counted = Counter(fingerprints).most_common()
-    if len(counted) < 2:
+    if len(set(fingerprints)) < 2:
         return ""
-    counts = ", ".join(f"{number} of {quoted(kind)}" for kind, number in counted)
+    counts = tallied(map(quoted, fingerprints))
     return f"results with different physics are mixed ({counts}): the same commands end differently"

@@ -17,7 +17,7 @@ from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.quoting import quoted
-from real_bench.version import __version__
+from real_bench.version import SOURCE, __version__
 
 FIELDS_TO_RESUME = (
     "condition",
@@ -187,7 +187,7 @@ def package_versions() -> dict[str, str]:
     """The versions that can change what a run does."""
     versions = {
         "real-bench": __version__,
-        "real-bench source": _package_sha256()[:16],
+        SOURCE: _package_sha256()[:16],
         "python": platform.python_version(),
     }
     for package in RECORDED_PACKAGES:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from real_bench.counting import tallied
 from real_bench.errors import ResultError
 from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting
 from real_bench.settings import dotted
+from real_bench.version import SOURCE
 
 NAMES = {
     "controller": "controller",
@@ -32,6 +34,21 @@ def check_one_test(results: Sequence[Result]) -> None:
     differences = list(_differences([result.setting for result in results]))
     if differences:
         raise ResultError(f"results of different tests are never averaged: {differences[0]}")
+
+
+def sources_of(results: Sequence[Result]) -> tuple[str, ...]:
+    """The hash of realbench's own code that each result keeps; ``unknown`` if it is older."""
+    return tuple(result.setting.versions.get(SOURCE, "unknown") for result in results)
+
+
+def mixed_sources(sources: Sequence[str]) -> str:
+    """A remark on results made by different code of realbench; empty if all are of one."""
+    if len(set(sources)) < 2:
+        return ""
+    return (
+        f"results of different code of realbench are averaged ({tallied(map(quoted, sources))}): "
+        "its own controllers may have changed in between"
+    )
 
 
 def _differences(settings: Sequence[Setting]) -> Iterator[str]:

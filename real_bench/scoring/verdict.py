@@ -15,7 +15,7 @@ from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
-from real_bench.scoring.one_test import check_one_test
+from real_bench.scoring.one_test import check_one_test, mixed_sources, sources_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
@@ -50,6 +50,7 @@ class Verdict:
         checks: all that must hold.
         seconds: that the trials took.
         physics: of each of the results, the baseline's last.
+        sources: the code of realbench that made each of the results.
     """
 
     setting: Setting
@@ -58,6 +59,7 @@ class Verdict:
     checks: tuple[Check, ...]
     seconds: float = 0.0
     physics: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -73,6 +75,7 @@ class Verdict:
             "summary": self.summary.to_json(),
             "comparison": self.comparison.to_json() if self.comparison else None,
             "physics": sorted(set(self.physics)),
+            "sources": sorted(set(self.sources)),
         }
 
 
@@ -116,7 +119,15 @@ def judge(
         checks.append(Check("not worse than the baseline", not comparison.is_worse, detail))
     seconds = sum(sum(result.seconds.values()) for result in results)
     physics = tuple(physics_of(each.setting.versions) for each in (*results, *(baseline or ())))
-    return Verdict(results[0].setting, summary, comparison, tuple(checks), seconds, physics)
+    return Verdict(
+        results[0].setting,
+        summary,
+        comparison,
+        tuple(checks),
+        seconds,
+        physics,
+        sources_of(results),
+    )
 
 
 def _check_complete(
@@ -188,7 +199,7 @@ def markdown(verdict: Verdict) -> str:
             "github",
             disable_numparse=True,
         ),
-        *filter(None, [mixture(verdict.physics)]),
+        *filter(None, [mixture(verdict.physics), mixed_sources(verdict.sources)]),
     ]
     return "\n\n".join(parts) + "\n"
 

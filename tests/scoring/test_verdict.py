@@ -4,12 +4,16 @@ import xml.etree.ElementTree as ElementTree
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from real_bench.errors import ControllerFailedError, ResultError, SubmissionError
 from real_bench.physics import PHYSICS
 from real_bench.scoring.comparison import compare
+from real_bench.scoring.one_test import mixed_sources
 from real_bench.scoring.result import Learned
 from real_bench.scoring.verdict import failure, judge, junit, markdown
+from real_bench.version import SOURCE
 from tests.scoring.bench import made
 
 FAR = made([0.3] * 20)
@@ -115,6 +119,18 @@ def test_results_of_different_physics_are_marked(kinds: tuple[str, str], is_mixe
     for verdict in (judge([first, second]), judge([first], baseline=[second])):
         assert ("different physics are mixed" in markdown(verdict)) is is_mixed
         assert verdict.to_json()["physics"] == sorted(set(kinds))
+
+
+@given(sources=st.lists(st.sampled_from("abc"), min_size=2, max_size=5))
+def test_results_of_different_code_of_realbench_are_marked(sources: list[str]) -> None:
+    results = [made([0.1] * 20, seed, versions={SOURCE: code}) for seed, code in enumerate(sources)]
+    verdict, is_mixed = judge(results), len(set(sources)) > 1
+    assert ("different code of realbench are averaged" in markdown(verdict)) is is_mixed
+    assert verdict.to_json()["sources"] == sorted(set(sources))
+    remark = mixed_sources(verdict.sources)
+    assert (
+        all(f"{sources.count(code)} of {code}" in remark for code in set(sources)) or not is_mixed
+    )
 
 
 def test_both_reports_say_what_failed() -> None:
