@@ -86,6 +86,8 @@ def read(file: Path, number: int) -> tuple[Array, Array, Array, Hand]:
     experience = Experience(file, Condition("I", condition.control))
     actions = [experience.action(n) for n in range(min(len(experience), len(rows)))]
     known = {n: p for n, p in enumerate(map(hand.parameters, actions)) if p is not None}
+    if not known:
+        raise click.UsageError(f"{file} has no action of the hand: its form may have changed since")
     parameters, rows = np.array(list(known.values())), rows[list(known)]
     before, after = poses[rows["precondition"]], poses[rows["outcome"]]
     starts = parameters[:, None, list(hand.start)]
