@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from real_bench.actions import ACTION_STEPS, Action, check_action
+from real_bench.actions import Action, check_action
 from real_bench.controls import CONTROLS
 from real_bench.errors import RealBenchError
 from real_bench.real_g.hand import Primitive, pointing_down
@@ -44,7 +44,7 @@ def test_numbers_of_a_push_can_be_recovered(numbers: Any) -> None:
 def test_numbers_of_a_push_with_joints_can_be_recovered(numbers: Any) -> None:
     action = JOINT_PUSH.action(numbers)
     np.testing.assert_allclose(JOINT_PUSH.parameters(action), numbers, atol=1e-7)
-    assert action.duration == JOINT_PUSH.steps == ACTION_STEPS
+    assert action.duration == JOINT_PUSH.steps == JOINT_PUSH.rest().duration
     check_action(action, CONTROLS["J"]())
 
 
