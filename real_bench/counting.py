@@ -11,6 +11,7 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-def tallied(kinds: Iterable[str]) -> str:
-    """``2 of a, 1 of b``: how many there are of each kind, the most frequent first."""
-    return ", ".join(f"{number} of {kind}" for kind, number in Counter(kinds).most_common())
+def tallied_if_mixed(kinds: Iterable[str]) -> str:
+    """``2 of a, 1 of b``, the most frequent kind first; empty if there is only one kind."""
+    counts = Counter(kinds).most_common()
+    return ", ".join(f"{number} of {kind}" for kind, number in counts) if len(counts) > 1 else ""

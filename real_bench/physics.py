@@ -12,7 +12,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-from real_bench.counting import tallied
+from real_bench.counting import tallied_if_mixed
 from real_bench.quoting import quoted
 
 PHYSICS = "physics"
@@ -55,7 +55,8 @@ def physics_of(versions: Mapping[str, str]) -> str:
 
 def mixture(fingerprints: Sequence[str]) -> str:
     """A remark on scores with different physics; empty if there is only one."""
-    if len(set(fingerprints)) < 2:
-        return ""
-    counts = tallied(map(quoted, fingerprints))
-    return f"results with different physics are mixed ({counts}): the same commands end differently"
+    counts = tallied_if_mixed(map(quoted, fingerprints))
+    remark = (
+        f"results with different physics are mixed ({counts}): the same commands end differently"
+    )
+    return remark if counts else ""

@@ -194,8 +194,9 @@ class RealG(Controller):
         else:
             rows = self._perception.rows(self._n_seen - 1)[0]
             action = self._primitive.action(self._next_parameters(rows))
-        self._perception.act(self._path_of(action))
-        self._parameters.append(self._parameters_of(action))
+        parameters = self._parameters_of(action)
+        self._perception.act(self._path(parameters))
+        self._parameters.append(parameters)
         self._preconditions.append(self._n_seen - 1)
         return action
 
@@ -279,5 +280,7 @@ class RealG(Controller):
             self._observe_outcome(rows[list(moments)], action)
 
     def _path_of(self, action: Action) -> Array | None:
-        parameters = self._primitive.parameters(action)
-        return None if parameters is None else self._primitive.path(parameters)
+        return self._path(self._parameters_of(action))
+
+    def _path(self, parameters: Array) -> Array | None:
+        return None if np.isnan(parameters).any() else self._primitive.path(parameters)

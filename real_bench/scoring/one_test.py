@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from real_bench.counting import tallied
+from real_bench.counting import tallied_if_mixed
 from real_bench.errors import ResultError
 from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting
@@ -43,12 +43,12 @@ def sources_of(results: Sequence[Result]) -> tuple[str, ...]:
 
 def mixed_sources(sources: Sequence[str]) -> str:
     """A remark on results made by different code of realbench; empty if all are of one."""
-    if len(set(sources)) < 2:
-        return ""
-    return (
-        f"results of different code of realbench are averaged ({tallied(map(quoted, sources))}): "
+    counts = tallied_if_mixed(map(quoted, sources))
+    remark = (
+        f"results of different code of realbench are averaged ({counts}): "
         "its own controllers may have changed in between"
     )
+    return remark if counts else ""
 
 
 def _differences(settings: Sequence[Setting]) -> Iterator[str]:

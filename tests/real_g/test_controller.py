@@ -108,6 +108,7 @@ def test_recalled_play_gives_the_same_memory_as_a_lived_one(
         np.testing.assert_allclose(np.hstack(one), np.hstack(other), atol=1e-7)
     for family, recalled in zip(memory.families, again.families, strict=True):
         np.testing.assert_allclose(family.members, recalled.members, atol=1e-7)
+        np.testing.assert_allclose(family.successes, recalled.successes, atol=1e-7)
 
 
 def test_it_does_something_else_as_long_as_nothing_moves(builtin_scene: Scene) -> None:
