@@ -149,11 +149,12 @@ def follow(
     return Followed(np.array(left), tuple(begin), tuple(end))
 
 
-def judge(run: Path, tasks: Tasks, candidate: Mapping[str, Any]) -> Quality:
+def judge(run: Path, tasks: Tasks, candidate: Mapping[str, Any], seed: int) -> Quality:
     """Learn from the past with one candidate, and plan between held-out states."""
     sees = "OM" if not candidate else "IM"
     past, whole = Experience(run, sees, tasks.past), Experience(run, sees)
     perception = perception_of(candidate)
+    perception.seed(seed)
     began = time.monotonic()
     triplets = perception.triplets(past)
     usable = plannable(past)
@@ -212,7 +213,7 @@ def states_at(perception: Any, whole: Experience, where: Array, rows: NDArray[np
 @click.option("--candidates", type=FILE, default=CANDIDATES, help="YAML: settings by name.")
 @click.option("--only", multiple=True, help="Only this candidate.")
 @click.option("--tasks", type=int, default=300, show_default=True)
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the pairs.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of the pairs and the VAE.")
 @click.option("--json", "out", type=click.Path(path_type=Path), help="Write the numbers here.")
 def main(
     run: Path, candidates: Path, only: tuple[str, ...], tasks: int, seed: int, out: Path | None
@@ -230,7 +231,7 @@ def main(
     for name, candidate in read_mapping(candidates, "candidates", RealBenchError).items():
         if only and name not in only:
             continue
-        quality = found[name] = judge(run, drawn, candidate)
+        quality = found[name] = judge(run, drawn, candidate, seed)
         table.add_row(name, *cells(quality))
         console.print(name, *cells(quality), highlight=False)
     console.print(table)

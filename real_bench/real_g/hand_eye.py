@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy
+import scipy.optimize  # now, so that the limit of threads finds its BLAS
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from real_bench.errors import RealBenchError
 
@@ -133,6 +134,8 @@ class HandEye:
     def fit(self, contingencies: Contingencies, random: np.random.Generator) -> bool:
         """Learn again from everything seen; returns whether a map is known now.
 
+        It computes with one thread: for matrices as small as these, more only cost time.
+
         Args:
             contingencies: things and what the hand did, in any order.
             random: for choosing among them if there are too many.
@@ -146,12 +149,13 @@ class HandEye:
             return self.is_known
         problem = _Problem(contingencies, self._centre, self._half)
         starts = []
-        if self._map is None or n >= 2 * self._n_searched:
-            self._n_searched = n
-            starts = problem.search(random)
-        if self._map is not None:
-            starts.append(problem.start_from(self._map))
-        cost, best = min((problem.optimise(start, 300) for start in starts), key=lambda s: s[0])
+        with threadpool_limits(limits=1, user_api="blas"):
+            if self._map is None or n >= 2 * self._n_searched:
+                self._n_searched = n
+                starts = problem.search(random)
+            if self._map is not None:
+                starts.append(problem.start_from(self._map))
+            cost, best = min((problem.optimise(start, 300) for start in starts), key=lambda s: s[0])
         self._evidence = problem.chance_cost - cost
         self._map = problem.to_metres(best) if self._evidence > problem.penalty else None
         return self.is_known

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import check_grad
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from real_bench.errors import RealBenchError
 from real_bench.real_g.hand_eye import Contingencies, HandEye, _Problem, resample_path
@@ -54,6 +55,28 @@ def test_nothing_is_learned_from_chance(seed: int) -> None:
     hand_eye = HandEye(LOW, HIGH)
     assert not hand_eye.fit(shuffled, random)
     assert np.isnan(hand_eye.xy(seen.before)).all()
+
+
+def test_a_fit_uses_one_thread_of_blas(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With two, waiting for one another on small matrices took four times as long."""
+    found: list[set[int]] = []
+    cost = _Problem.cost
+
+    def noting(self: _Problem, parameters: np.ndarray) -> tuple[float, np.ndarray]:
+        if not found:
+            found.append(blas_threads())
+        return cost(self, parameters)
+
+    monkeypatch.setattr(_Problem, "cost", noting)
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = blas_threads()
+        HandEye(LOW, HIGH).fit(world(100, 1.0, False, 0)[0], np.random.default_rng(0))
+        assert found == [{1}]
+        assert blas_threads() == before
+
+
+def blas_threads() -> set[int]:
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
 
 
 def test_gradient_matches_the_cost() -> None:
