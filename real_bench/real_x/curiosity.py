@@ -35,14 +35,15 @@ class CuriositySettings(Settings):
         every: actions between two trainings; the first ones are random.
         candidates: the most actions to consider before one is taken.
         latent: latent variables of its VAE.
-        eye, vae: how it sees, learned from scratch at every training.
+        eye, vae: how it sees, learned from scratch at every training. Coarsely: it asks whether
+            anything changed, and planning has eyes of its own.
         steps: of the change predictor's training.
     """
 
     every: int = Field(500, ge=2)
     candidates: int = Field(1000, ge=1)
     latent: int = Field(LATENTS_PER_OBJECT, ge=1, le=1000)
-    eye: ForegroundSettings = ForegroundSettings()
+    eye: ForegroundSettings = ForegroundSettings(width=80, height=60, shrink=2, blur=2.5)
     vae: VAESettings = VAESettings(steps=400)
     steps: int = Field(default=STEPS, ge=1)
 

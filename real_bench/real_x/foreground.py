@@ -17,15 +17,16 @@ class ForegroundSettings(Settings):
 
     Attributes:
         width, height: of the images in which the background is found; the paper's are 320 x 240.
+            What is finer than their pixels is lost to planning.
         shrink: a cell of what the VAE is shown is this many of their pixels wide and high.
         blur: standard deviation of the Gaussian that smooths the foreground, in cells; 0 for none.
             Smoothed, two positions of an object overlap, and the nearer they are the more.
     """
 
-    width: int = Field(default=80, ge=8, le=320)
-    height: int = Field(default=60, ge=6, le=240)
-    shrink: int = Field(default=2, ge=1, le=40)
-    blur: float = Field(default=2.5, ge=0, le=40)
+    width: int = Field(default=160, ge=8, le=320)
+    height: int = Field(default=120, ge=6, le=240)
+    shrink: int = Field(default=4, ge=1, le=40)
+    blur: float = Field(default=2.0, ge=0, le=40)
 
     @model_validator(mode="after")
     def _cells_are_whole(self) -> ForegroundSettings:
