@@ -16,6 +16,9 @@ demo: .venv/ready
 
 # Hundreds of commands start in processes of their own, so what they import is compiled but once.
 test test-lowest coverage: export PYTHONDONTWRITEBYTECODE =
+# Tests wait for processes, so one worker more than there are cores keeps these busy.
+test test-lowest coverage: export PYTEST_XDIST_AUTO_NUM_WORKERS ?= $(shell $(PYTHON) -c \
+	"import os; print(os.cpu_count() + 1)")
 test: .venv/ready
 	$(BIN)/pytest
 
