@@ -179,7 +179,7 @@ class RealG(Controller):
         return max(choices, key=lambda choice: choice[1].gain, default=None)
 
     def _choose(self, number: int, row: Array, goal: Array, n_left: int) -> Choice:
-        def propose(ends: Array) -> Array:
+        def propose(row: Array, ends: Array) -> Array:
             return self._play.propose(number, row, ends, self._random)
 
         return self._planners[number].choose(row, goal, n_left, propose, self._random)

@@ -12,6 +12,7 @@ from pydantic import Field
 from real_bench.real_g.model import MIN_ACTIONS, Mixture, OutcomeModel
 from real_bench.real_g.planner import Choice, Propose
 from real_bench.real_g.relation import Relation
+from real_bench.real_g.trial_evidence import TrialEvidence
 from real_bench.settings import Settings
 
 Array = NDArray[np.float64]
@@ -32,10 +33,11 @@ class PlannerSettings(Settings):
 class ModelPlanner:
     """Finds the action after which an object will be nearest to a goal in the end.
 
-    An action that fails can be tried again. With n actions left after it, an outcome at distance d
-    is worth min(d, f(n)), where f(n) is what can be expected of n actions like the best one:
-    f(1) the mean distance after one, f(n) the mean of min(d, f(n - 1)). So it takes risks while
-    there are actions left to correct them.
+    What fails can be mended while there are actions left. So an outcome at distance d is worth
+    min(d, f), where f is what can still be expected from where the best action would leave the
+    object if it failed: a risk is taken where there is a way back. A failure may be repeated, so
+    to try again helps only as far as a member of the ensemble holds an outcome to be chance. And
+    what was done in this trial tells of actions like it (:mod:`real_bench.real_g.trial_evidence`).
 
     Args:
         relation: of actions to objects.
@@ -48,9 +50,12 @@ class ModelPlanner:
         self, relation: Relation, seed: int, steps: int, settings: PlannerSettings
     ) -> None:
         primitive = relation.primitive
-        reach = float((primitive.high - primitive.low)[list(primitive.end)].mean())
-        self._relation, self._model = relation, OutcomeModel(seed, scale=reach)
+        self._ends = list(primitive.end)
+        self._reach = (primitive.high - primitive.low)[self._ends]
+        self._relation = relation
+        self._model = OutcomeModel(seed, scale=float(self._reach.mean()))
         self._steps, self._settings = steps, settings
+        self.start_trial()
 
     @property
     def has_learned(self) -> bool:
@@ -70,55 +75,51 @@ class ModelPlanner:
         )
 
     def start_trial(self) -> None:
-        """Nothing to forget."""
+        """Forget what the last trial's actions did."""
+        self._evidence = TrialEvidence(self._relation)
 
     def observe(self, before: Array, after: Array, parameters: Array) -> None:
-        """Nothing: its model is of the whole play, and a few actions change it too little."""
+        """Remember until the trial ends what an action did."""
+        self._evidence.add(before, after, parameters)
 
     def choose(
         self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator
     ) -> Choice:
         """The best of the actions that it tries."""
-        primitive = self._relation.primitive
-        reach = (primitive.high - primitive.low)[list(primitive.end)]
         n = self._settings.samples
-        spread = reach * _sample_shares(n, random)[:, None]
-        ends = goal[:2] + random.normal(size=(n, 2)) * spread
-        parameters = propose(
-            np.clip(ends, primitive.low[list(primitive.end)], primitive.high[list(primitive.end)])
-        )
-        kept, values = parameters[:0], np.empty(0)
-        floor = np.inf
+        parameters = self._proposed(row, goal, propose, random)
+        kept, values, floor = parameters[:0], np.empty(0), np.inf
         for number in range(self._settings.rounds):
             weights, distances = self.distances(row, goal, parameters)
-            if number == 0:
-                floor = expected_after(weights, distances, n_left)
+            if number == 0 and n_left > 0:
+                best = int(after_attempts(weights, distances, n_left + 1).argmin())
+                lost = self._after_failure(row, goal, parameters[best])
+                back = self._proposed(lost, goal, propose, random)
+                floor = float(after_attempts(*self.distances(lost, goal, back), n_left).min())
             parameters = np.concatenate([kept, parameters])
-            values = np.concatenate([values, (weights * np.minimum(distances, floor)).sum(axis=1)])
+            values = np.concatenate([values, expected_distances(weights, distances, floor)])
             order = np.argsort(values, kind="stable")[: max(1, n // 20)]
             kept, values = parameters[order], values[order]
-            if number < self._settings.rounds - 1:
-                parents = kept[random.integers(len(kept), size=n)]
-                share = _sample_shares(n, random)[:, None] / 2 ** (number + 1)
-                noise = random.normal(size=parents.shape) * share * (primitive.high - primitive.low)
-                noise *= random.random(parents.shape) < 0.5
-                parameters = np.clip(parents + noise, primitive.low, primitive.high)
-        weights, distances = self.distances(row, goal, kept[:1])
-        floor = expected_after(weights, distances, n_left)
-        expected = float((weights * np.minimum(distances, floor)).sum())
-        return Choice(
-            kept[0], expected, float(np.linalg.norm(row[:3] - goal)), self.end(row, kept[0])
-        )
+            parameters = self._varied(kept, number + 1, random)
+        away = float(np.linalg.norm(row[:3] - goal))
+        return Choice(kept[0], float(values[0]), away, self.end(row, kept[0]))
 
     def distances(self, row: Array, goal: Array, parameters: Array) -> tuple[Array, Array]:
-        """How likely n actions end how far from a goal: two arrays (n, E K)."""
-        rows, mixture = self.predict(row, parameters)
-        means = np.moveaxis(mixture.means, 0, 1)  # n, E, K, 3
-        ends = self._relation.end_positions(rows, means, parameters)
-        spread = np.moveaxis(mixture.deviations, 0, 1)
-        distances = np.sqrt(((ends - goal) ** 2).sum(axis=-1) + (spread**2).sum(axis=-1))
-        weights = np.moveaxis(mixture.weights, 0, 1) / len(mixture.weights)
-        return weights.reshape(len(parameters), -1), distances.reshape(len(parameters), -1)
+        """How likely n actions end how far from a goal, for each member: two arrays (n, E, K).
+
+        The outcomes of the trial's own actions are among the K.
+        """
+        ends, weights, spread = self._outcomes(row, parameters)
+        distances = np.sqrt(((ends - goal) ** 2).sum(axis=-1) + spread)
+        if len(self._evidence):
+            shares, known_ends = self._evidence.of(row, parameters)
+            size = *weights.shape[:2], shares.shape[1]
+            known = np.broadcast_to(np.linalg.norm(known_ends - goal, axis=1), size)
+            told = np.broadcast_to(shares[:, None], size)
+            weights = np.concatenate([weights, told], axis=2)
+            weights /= weights.sum(axis=2, keepdims=True)
+            distances = np.concatenate([distances, known], axis=2)
+        return weights, distances
 
     def predict(
         self, row: Array, parameters: Array, member: int | None = None
@@ -131,12 +132,43 @@ class ModelPlanner:
 
     def end(self, row: Array, parameters: Array) -> Array:
         """Where the object most likely is after an action, (3,)."""
-        rows, mixture = self.predict(row, parameters[None])
-        ends = self._relation.end_positions(
-            rows, np.moveaxis(mixture.means, 0, 1), parameters[None]
-        )[0]
-        best = np.unravel_index(int(mixture.weights[:, 0].argmax()), mixture.weights[:, 0].shape)
-        return np.asarray(ends[best])
+        ends, weights, _ = self._outcomes(row, parameters[None])
+        return np.asarray(ends[0].reshape(-1, 3)[int(weights[0].argmax())])
+
+    def _outcomes(self, row: Array, parameters: Array) -> tuple[Array, Array, Array]:
+        """Of n actions by the model: ends (n, E, K, 3), weights and square spreads (n, E, K)."""
+        rows, mixture = self.predict(row, parameters)
+        means, weights, deviations = (
+            np.moveaxis(each, 0, 1) for each in (mixture.means, mixture.weights, mixture.deviations)
+        )
+        ends = self._relation.end_positions(rows, means, parameters)
+        return ends, weights, (deviations**2).sum(axis=-1)
+
+    def _after_failure(self, row: Array, goal: Array, parameters: Array) -> Array:
+        """The object's row after the outcome of an action that adds most to its distance."""
+        ends, weights, _ = self._outcomes(row, parameters[None])
+        harm = weights[0] * np.linalg.norm(ends[0] - goal, axis=-1)
+        lost = row.copy()
+        lost[:3] = ends[0].reshape(-1, 3)[int(harm.argmax())]
+        return lost
+
+    def _proposed(
+        self, row: Array, goal: Array, propose: Propose, random: np.random.Generator
+    ) -> Array:
+        """Actions to around the goal, near and far, (n, P)."""
+        primitive, n = self._relation.primitive, self._settings.samples
+        spread = self._reach * _sample_shares(n, random)[:, None]
+        ends = goal[:2] + random.normal(size=(n, 2)) * spread
+        return propose(row, np.clip(ends, primitive.low[self._ends], primitive.high[self._ends]))
+
+    def _varied(self, kept: Array, number: int, random: np.random.Generator) -> Array:
+        """Variations of the best actions, (n, P), smaller from round to round."""
+        primitive, n = self._relation.primitive, self._settings.samples
+        parents = kept[random.integers(len(kept), size=n)]
+        share = _sample_shares(n, random)[:, None] / 2**number
+        noise = random.normal(size=parents.shape) * share * (primitive.high - primitive.low)
+        noise *= random.random(parents.shape) < 0.5
+        return np.asarray(np.clip(parents + noise, primitive.low, primitive.high))
 
     def get_state(self) -> dict[str, Any]:
         """What its model has learned."""
@@ -147,18 +179,31 @@ class ModelPlanner:
         self._model.set_state(state)
 
 
-def expected_after(weights: Array, distances: Array, n_left: int) -> float:
-    """f(left): the least mean distance that ``n_left`` more actions can bring.
+def expected_distances(weights: Array, distances: Array, floor: float | Array) -> Array:
+    """What n actions leave on average, (n,), where whatever is farther can be mended to a floor.
 
     Args:
-        weights: how likely each of M outcomes of n kinds of actions is, (n, M).
-        distances: how far it is from the goal, (n, M).
-        n_left: how many actions; infinite for none.
+        weights: how likely each of K outcomes is for each member, (n, E, K), their sum 1.
+        distances: how far it is from the goal, (n, E, K).
+        floor: what can be reached afterwards; for all, or (n, E, 1).
     """
-    floor = np.inf
-    for _ in range(n_left):
-        floor = float((weights * np.minimum(distances, floor)).sum(axis=1).min())
-    return floor
+    return np.asarray((weights * np.minimum(distances, floor)).sum(axis=2).mean(axis=1))
+
+
+def after_attempts(weights: Array, distances: Array, n_attempts: int) -> Array:
+    """What each of n actions leaves on average, (n,), if it is repeated while that helps.
+
+    Members do not change their minds: what one of them holds to fail fails every time.
+
+    Args:
+        weights: how likely each of K outcomes is for each member, (n, E, K), their sum 1.
+        distances: how far it is from the goal, (n, E, K).
+        n_attempts: at most so often; with none nothing can be expected (infinite).
+    """
+    floor = np.full((*weights.shape[:2], 1), np.inf)
+    for _ in range(n_attempts):
+        floor = (weights * np.minimum(distances, floor)).sum(axis=2, keepdims=True)
+    return np.asarray(floor[:, :, 0].mean(axis=1))
 
 
 def _sample_shares(n: int, random: np.random.Generator) -> Array:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-Propose = Callable[[Array], Array]
-"""From (n, 2) positions where the hand should end to n actions' parameters, (n, P)."""
+Propose = Callable[[Array, Array], Array]
+"""From an object's row and (n, 2) positions where the hand should end to n actions' parameters,
+(n, P)."""
 
 
 @dataclass(frozen=True)
