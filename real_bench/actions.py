@@ -163,7 +163,10 @@ def wants_render(action: Mapping[str, Any]) -> bool:
 def check_action(action: object, control: Control) -> Action:
     """A copy of the action if it is one that ``control`` can execute; raises ActionError if not."""
     if type(action) is not Action:  # an object may claim any class, and a subclass do anything
-        raise ActionError(f"an action was expected, not {short(action)}")
+        raise ActionError(
+            f"an action was expected, not {short(action)}: return an Action, as "
+            "Action.macro([[x1, y1], [x2, y2]])"
+        )
     action = Action(
         action.commands, action.n_steps, action.line
     )  # frozen does not mean unchangeable

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from real_bench.errors import ResultError
+from real_bench.errors import ControllerError, ResultError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,7 +52,7 @@ def make_env(
 
 
 def run_intrinsic(
-    controller: str | None = None,
+    controller: PathLike | None = None,
     *,
     out: PathLike = "run.h5",
     condition: str | None = None,
@@ -97,7 +97,7 @@ def run_intrinsic(
         resume=resume,
         settings=settings,
         backend=_backend(isolate, [out]),
-        controller=controller,
+        controller=_named(controller),
         condition=condition,
         objects=objects,
         scene=scene,
@@ -110,7 +110,7 @@ def run_intrinsic(
 
 
 def run_extrinsic(
-    controller: str | None = None,
+    controller: PathLike | None = None,
     *,
     run: PathLike | None = None,
     run_steps: int | None = None,
@@ -161,7 +161,7 @@ def run_extrinsic(
     path = None if run is None else Path(run)
     named = Path(goals) if isinstance(goals, str | Path) else None
     plan = plan_test(
-        controller=controller,
+        controller=_named(controller),
         run=path,
         run_steps=run_steps,
         goals=goals if named is None else named,  # type: ignore[arg-type]
@@ -266,7 +266,7 @@ def compare(a: Results, b: Results) -> Comparison:
 
 
 def draw_figures(
-    recordings: Sequence[PathLike] = (), results: Sequence[PathLike] = ()
+    recordings: PathLike | Sequence[PathLike] = (), results: PathLike | Sequence[PathLike] = ()
 ) -> dict[str, Figure]:
     """The paper's figures for which files have the data, by name, as ``realbench figures``.
 
@@ -275,9 +275,20 @@ def draw_figures(
     """
     from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 
-    material = read_figure_data([*map(Path, recordings)], [*map(Path, results)], FigureOptions())
+    material = read_figure_data(_as_paths(recordings), _as_paths(results), FigureOptions())
     drawn = {kind.name: kind.draw(material) for kind in FIGURES}
     return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
+
+
+def _named(controller: object) -> str | None:
+    if controller is None or isinstance(controller, str | Path):
+        return None if controller is None else str(controller)
+    from real_bench.numeric import short
+
+    raise ControllerError(
+        f"a controller is told by its name, module:Class or file, not {short(controller)}: write "
+        "a class into a file, since its code is kept with what it did"
+    )
 
 
 def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
@@ -297,6 +308,10 @@ def _as_list(results: Results) -> list[Result]:
     if not several:
         raise ResultError("no results were given")
     return [load_result(each) if isinstance(each, str | Path) else each for each in several]
+
+
+def _as_paths(files: PathLike | Sequence[PathLike]) -> list[Path]:
+    return [Path(files)] if isinstance(files, str | Path) else [Path(each) for each in files]
 
 
 def _ignore(progress: object) -> None:

@@ -118,5 +118,6 @@ def faults(
             what = "a list is expected, as in [0, 0.5]"
         if unknown is not None and fault["type"] == "extra_forbidden":
             what = f"unknown name{unknown(fault['loc'])}"
-        lines.append(f"{quoted('.'.join(map(str, fault['loc']))) or 'the whole'}: {what}")
+        place = quoted(".".join(map(str, fault["loc"])))
+        lines.append(f"{place}: {what}" if place else what)
     return "; ".join(lines)

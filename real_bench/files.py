@@ -76,7 +76,7 @@ def file_sha256(path: Path) -> str:
 
 
 def check_output(
-    path: Path, *, overwrite: bool, remedy: str = "--overwrite", option: str = "--out"
+    path: Path, *, overwrite: bool, remedy: str = "--overwrite", instead: str = "another --out"
 ) -> None:
     """Check before any work that a file can be written.
 
@@ -89,7 +89,7 @@ def check_output(
             if not stat.S_ISREG(status.st_mode):
                 raise OutputError(f"{path} is {_describe_kind(status)}, not a file")
             if not overwrite:
-                raise OutputError(f"{path} exists: use {remedy}, or another {option}")
+                raise OutputError(f"{path} exists: use {remedy}, or {instead}")
             _check_replaceable(path, status)
         parent = real_path(path).parent if path.is_symlink() else path.parent
     check_folder(parent)
@@ -140,7 +140,7 @@ class Output:
             elif (handle := _own_stream(status)) is not None:
                 self._handle = handle
             else:
-                check_output(path, overwrite=overwrite, option=option)
+                check_output(path, overwrite=overwrite, instead=f"another {option}")
         self._is_new = append and status is None
 
     def write(self, content: bytes) -> None:

@@ -7,10 +7,11 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import real_bench
-from real_bench.errors import ResultError
+from real_bench.errors import RealBenchError, RecordingError, ResultError
 from real_bench.goal_sets import save_goal_set
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
@@ -49,6 +50,25 @@ def test_no_results_are_an_error(judge: Callable[[list[Result]], object]) -> Non
         judge([])
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: real_bench.run_intrinsic(real_bench.Controller), "write a class into a file"),
+        (lambda: real_bench.run_intrinsic("real_r", steps=2000.5), "a whole number, not 2000.5"),
+        (lambda: real_bench.run_intrinsic(out="no.h5", resume=True), "no.h5 does not exist"),
+        (lambda: real_bench.run_extrinsic("real_r", learned="relearn"), "keep, again, nothing"),
+        (lambda: real_bench.draw_figures("no.h5"), "recording not found: no.h5"),
+    ],
+)
+def test_slips_in_a_notebook_get_one_clear_line(
+    call: Callable[[], object], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RealBenchError, match=message):
+        call()
+    assert not list(tmp_path.iterdir())
+
+
 def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
     goals = real_bench.load_goals(str(tmp_path / "goals.npy"))
@@ -64,11 +84,20 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
         )
         with pytest.raises(IndexError, match="triplet 3 of 3"):
             recording[3]
+        assert [each.before.step for each in recording[np.array([2, 0])]] == [2000, 0]
+        with pytest.raises(IndexError, match="not str 'last'"):
+            recording["last"]
+        assert repr(recording) == f"<Recording {run}: 3 triplets, OM, builtin>"
+    for read in (lambda: recording[1], recording.to_numpy, lambda: recording.n_images):
+        with pytest.raises(RecordingError, match="is closed: use it inside"):
+            read()
     experience = real_bench.Experience(run, "OM")
     assert len(experience) == 3
     test = {"run": run, "goals": goals, "trial_steps": 1000, "out": out}
     result = real_bench.run_extrinsic("real_d", **test)
     assert result == real_bench.load_result(out)
+    assert repr(result) == f"<Result of real_d, OM, 1 object: {result.score:.3f}, 2 goals>"
+    assert repr(goals).startswith("<GoalSet: 2 goals (")
     assert len(result.trials) == len(goals) == 2
     verdict = real_bench.score(result, minimum=0.99)
     assert not verdict.passed

@@ -28,16 +28,16 @@ def describe_recording(path: Path) -> dict[str, Any]:
             "share_of_actions_that_moved_an_object": (
                 round(recording.share_moved(), 4) if n_triplets else None
             ),
-            "last_level_with_threshold_below_1_cm": fine_levels(recording) if n_triplets else None,
+            "abstraction_levels_below_1_cm": fine_levels(recording) if n_triplets else None,
             "images": recording.n_images or 0,
             **header.model_dump(mode="json", exclude={"images", "scene_source"}),
         }
 
 
 def fine_levels(recording: Recording) -> dict[str, int]:
-    """The last level of Dynamic Abstraction at which each variable's threshold is below 1 cm.
+    """How many of the 200 levels of Dynamic Abstraction have a threshold below 1 cm, by variable.
 
-    Levels count from 0 to 199; -1 if not even the first one is below (paper, section Results).
+    See the paper, section Results.
     """
     from real_bench.analysis import levels_below, planar
     from real_bench.real_x import DynamicAbstraction
@@ -45,7 +45,7 @@ def fine_levels(recording: Recording) -> dict[str, int]:
 
     rows, positions = recording.transitions, recording.object_poses[:, :, :3]
     triplets = planar(positions, rows["precondition"], rows["outcome"])
-    below = levels_below(DynamicAbstraction.learn(triplets), MOVED_M) - 1
+    below = levels_below(DynamicAbstraction.learn(triplets), MOVED_M)
     names = [f"{name} {axis}" for name in recording.header.object_names for axis in "xy"]
     return dict(zip(names, below.tolist(), strict=True))
 
@@ -105,7 +105,9 @@ def print_facts(facts: dict[str, Any]) -> None:
     """Print facts for a person, one per line."""
     width = max(map(len, facts))
     for name, value in facts.items():
-        say(f"{name.replace('_', ' '):<{width}}  {_plain(value)}")
+        is_share = name.startswith("share") and value is not None
+        shown = f"{value:.1%}" if is_share else _plain(value)
+        say(f"{name.replace('_', ' '):<{width}}  {shown}")
 
 
 def _plain(value: Any) -> str:

@@ -59,7 +59,7 @@ def evaluate(
     phase = running.plan_from_options(run, secrets=[out, goals], **given)
     plan = plan_test_after(phase, goals, trial_steps)
     test = ExtrinsicPhase(plan, running.n_trials_requested(trials, plan, allow_part=True), out)
-    check_output(run, overwrite=overwrite, option="--run")
+    check_output(run, overwrite=overwrite, instead="another --run")
     check_output(out, overwrite=overwrite)
     proxy = running.play(phase, resume=False, overwrite=overwrite)
     result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)

@@ -80,6 +80,7 @@ def run(
     from real_bench.competition.junit import standings_report
     from real_bench.competition.running import RoundRun
     from real_bench.competition.spec import read_competition
+    from real_bench.counting import counted
     from real_bench.files import Output
 
     cases = None
@@ -101,6 +102,10 @@ def run(
         standings_by_round[each], failures = _run_round(round_run, retry=retry, overwrite=overwrite)
         broken |= failures
         _show(round_run.folder)
+        n_failed = sum(bool(standing.failures) for standing in standings_by_round[each])
+        if n_failed and not retry:
+            failed = counted(n_failed, "submission")
+            say(f"{failed} failed, and will not be run again without --retry")
     if cases is not None:
         cases.write(standings_report(standings_by_round, time.monotonic() - began).tostring())
     if broken:

@@ -245,7 +245,7 @@ def write_template(path: Path, *, overwrite: bool = False) -> None:
     Raises:
         OutputError: the file exists, or cannot be written.
     """
-    check_output(path, overwrite=overwrite)
+    check_output(path, overwrite=overwrite, instead="another name")
     write_atomically(path, TEMPLATE.read_bytes())
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,9 +58,9 @@ class Goal:
     challenge: str
     initial_poses: NDArray[np.float64]
     final_poses: NDArray[np.float64]
-    retina_before: NDArray[np.uint8]
-    retina: NDArray[np.uint8]
-    mask: NDArray[np.int32]
+    retina_before: NDArray[np.uint8] = field(repr=False)
+    retina: NDArray[np.uint8] = field(repr=False)
+    mask: NDArray[np.int32] = field(repr=False)
 
     def __post_init__(self) -> None:
         if self.challenge not in CHALLENGES:
@@ -142,6 +143,12 @@ class GoalSet:
 
     def __len__(self) -> int:
         return len(self.goals)
+
+    def __repr__(self) -> str:
+        kinds = Counter(goal.challenge for goal in self.goals)
+        listed = ", ".join(f"{n} {kind}" for kind, n in kinds.items())
+        names = ", ".join(self.object_names)
+        return f"<GoalSet: {counted(len(self), 'goal')} ({listed}), {names}, scene {self.scene}>"
 
     @property
     def n_objects(self) -> int:

@@ -8,6 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
 from real_bench.errors import ControllerDeclinedError, RealBenchError
@@ -93,7 +97,7 @@ class ControllerCheck:
             whole = identity.action_level and self.tests_a_goal
             tried = TRIAL_STEPS if whole else N_STEPS
             first = make_player(proxy, task).play(tried)
-            yield Finding("plays", True, f"{first.duration:,} steps")
+            yield Finding("plays", True, f"{first.duration:,} steps{_beyond(first, task)}")
             if identity.learns_across_trials:
                 yield Finding("copies", True, "not needed: one controller meets all goals in order")
             else:
@@ -155,6 +159,23 @@ class ControllerCheck:
     def _proxy(self, task: Task) -> Iterator[ControllerProxy]:
         with closing(self.backend.proxy(self.controller, self.settings, task)) as proxy:
             yield proxy
+
+
+def _beyond(action: Action, task: Task) -> str:
+    """A remark where an action goes beyond the action space, as centimetres for metres would."""
+    boxes = task.action_space.spaces
+    keys = task.control.keys
+    low, high = (
+        np.concatenate([np.ravel(getattr(boxes[key], end)) for key in keys])
+        for end in ("low", "high")
+    )
+    if not ((action.commands < low) | (action.commands > high)).any():
+        return ""
+    return f", beyond the action space (from {_rounded(low)} to {_rounded(high)}): is that meant?"
+
+
+def _rounded(numbers: NDArray[np.float64]) -> str:
+    return f"[{', '.join(f'{number:.3g}' for number in numbers)}]"
 
 
 def _level(identity: Identity) -> str:

@@ -94,6 +94,8 @@ class IntrinsicPhase:
     def __post_init__(self) -> None:
         if not 1 <= self.steps < 2**63:
             raise RealBenchError(f"--steps must be at least 1, not {self.steps}")
+        if self.steps % 1:
+            raise RealBenchError(f"--steps must be a whole number, not {self.steps}")
         if not 0 <= self.seed < 2**63:
             raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
         if self.images is False and not self.condition.sees_objects:

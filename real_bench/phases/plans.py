@@ -64,6 +64,10 @@ def plan_play(
     if resume and out.exists():
         known = _recorded_options(out, given.get("controller"), backend)
     chosen = {**known, **{key: value for key, value in given.items() if value is not None}}
+    if chosen["controller"] is None and resume:
+        raise RecordingError(
+            f"{out} does not exist: there is nothing to resume (to begin, give a controller)"
+        )
     if chosen["controller"] is None:
         raise RealBenchError("no controller given (try --controller real_r)")
     if known is NEW_RUN and given.get("condition") is None:

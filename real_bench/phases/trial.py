@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from real_bench.errors import (
 )
 from real_bench.files import check_folder, write_atomically
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
+from real_bench.numeric import short
 from real_bench.phases.activity import LEARNING, PLANNING, Activity, ignore_activity
 from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import check_films, film_trial
@@ -80,6 +81,10 @@ class TrialPlan:
         if self.run_steps is not None and (self.run is None or self.run_steps < 1):
             raise RealBenchError(
                 f"--run-steps must be at least 1, and needs --run: not {self.run_steps}"
+            )
+        if self.wanted is not None and self.wanted not in get_args(Wanted):
+            raise RealBenchError(
+                f"what it learned: {short(self.wanted)} is not one of {', '.join(get_args(Wanted))}"
             )
 
     def check_recording(self) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import operator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +18,7 @@ from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
+from real_bench.numeric import short
 from real_bench.recording.arrays import MOMENTS, images_of, table_of
 from real_bench.recording.columns import read_poses
 from real_bench.recording.header import Header
@@ -95,11 +97,13 @@ class Recording:
     @property
     def n_commands(self) -> int:
         """How many command rows there are."""
+        self._check_open()
         return len(self._file["commands"])
 
     @property
     def n_images(self) -> int | None:
         """How many images there are: one per state, or None if images are not recorded."""
+        self._check_open()
         return len(self._file["images"]) if "images" in self._file else None
 
     def commands(self, first: int = 0, count: int | None = None) -> NDArray[Any]:
@@ -117,19 +121,39 @@ class Recording:
     def __bool__(self) -> bool:
         return True
 
+    def __repr__(self) -> str:
+        what = f"{counted(len(self), 'triplet')}, {self.header.condition}, {self.header.scene}"
+        return f"<Recording {self.path}: {what}>"
+
     @overload
     def __getitem__(self, index: int) -> Triplet: ...
 
     @overload
-    def __getitem__(self, index: slice) -> list[Triplet]: ...
+    def __getitem__(self, index: slice | Sequence[int] | NDArray[Any]) -> list[Triplet]: ...
 
-    def __getitem__(self, index: int | slice) -> Triplet | list[Triplet]:
-        """A triplet, or several, with images if there are any; raises IndexError."""
+    def __getitem__(
+        self, index: int | slice | Sequence[int] | NDArray[Any]
+    ) -> Triplet | list[Triplet]:
+        """A triplet, or several by a slice or their numbers, with images if there are any.
+
+        Raises:
+            IndexError: there is no such triplet.
+            RecordingError: the recording is closed, or damaged.
+        """
+        self._check_open()
         if isinstance(index, slice):
             return [self[number] for number in range(len(self))[index]]
-        if not -len(self) <= index < len(self):
-            raise IndexError(f"triplet {index} of {len(self)}")
-        row = self.transitions[index % len(self)]
+        if isinstance(index, list | tuple | range | np.ndarray) and np.ndim(index) == 1:
+            return [self[number] for number in index]
+        try:
+            number = operator.index(index)  # type: ignore[arg-type]
+        except TypeError:
+            raise IndexError(
+                f"triplets are told by numbers, a slice or a list of numbers, not {short(index)}"
+            ) from None
+        if not -len(self) <= number < len(self):
+            raise IndexError(f"triplet {number} of {len(self)}")
+        row = self.transitions[number % len(self)]
         before, after = int(row["precondition"]), int(row["outcome"])
         rows = self._commands_of(int(row["first_command"]), int(row["n_commands"]))
         pair = (None, None) if self.n_images is None else self.image_pair(before, after)
@@ -316,6 +340,13 @@ class Recording:
                 check_dataset(group, number, *_numbers(group, number))
             return load_state(group) if len(group) else {}
 
+    def _check_open(self) -> None:
+        file = self.__dict__.get("_file")
+        if file is not None and not file:
+            raise RecordingError(
+                f"{self.path} is closed: use it inside `with Recording(...)`, or open it again"
+            )
+
     def _checked_version(self) -> int:
         check_attributes(self._file)
         attributes = self._file.attrs
@@ -381,7 +412,8 @@ class Recording:
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
-        """Turn whatever h5py raises for a bad file into one clear error."""
+        """Turn whatever h5py raises for a bad or closed file into one clear error."""
+        self._check_open()
         try:
             yield
         except FileNotFoundError as error:

@@ -121,6 +121,7 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
     raise RecordingError(
         f"a controller's {where} has type {type(value).__name__}: only numbers, text, bytes, "
         "numpy arrays, and lists and dicts (with text keys) of these can be stored"
+        + (" (of a tensor: its .numpy())" if type(value).__name__ == "Tensor" else "")
     )
 
 

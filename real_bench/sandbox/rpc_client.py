@@ -154,8 +154,8 @@ class RpcClient:
 
     def _timeout_message(self, allowed: float) -> str:
         if allowed < self.limits.call_s:
-            return f"did not end within the {self.limits.total_s:g} s of --total-limit"
-        return f"did not end within the {self.limits.call_s:g} s of --call-limit"
+            return f"did not end within the {self.limits.total_s:g} s of --total-limit (total_s)"
+        return f"did not end within the {self.limits.call_s:g} s of --call-limit (call_s)"
 
 
 def _describe_request(question: str, arguments: tuple[Any, ...]) -> str:

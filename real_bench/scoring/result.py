@@ -199,6 +199,14 @@ class Result(_Record):
         times = dict(sorted({**self.seconds, trial.goal: seconds}.items()))
         return self.model_copy(update={"trials": tuple(trials), "seconds": times})
 
+    def __repr__(self) -> str:
+        setting = self.setting
+        of = f"{setting.controller}, {setting.condition}, {counted(setting.objects, 'object')}"
+        score = f"{self.score:.3f}, {self.share}" if self.trials else "no trial yet"
+        return f"<Result of {quoted(of)}: {score}>"
+
+    __str__ = __repr__
+
     @property
     def keeps_commands(self) -> bool:
         """Whether its trials can be replayed."""

@@ -142,8 +142,10 @@ def test_failed_submission_is_retried_on_request(place: Path) -> None:
     row = rows_of(place)["greedy"]
     assert (row["status"], row["rank"]) == ("out of memory", 1)
     assert "MemoryError" in row["detail"]
-    realbench(place, "round", "run", "submissions", path)
+    done = realbench(place, "round", "run", "submissions", path)
+    assert "1 submission failed, and will not be run again without --retry" in done.stdout
     done = realbench(place, "round", "run", "submissions", path, "--retry")
+    assert "without --retry" not in done.stdout
     assert "to run: 1 play and 1 test, " in done.stderr
 
 

@@ -81,6 +81,18 @@ def test_a_controller_that_fails_in_a_test_fails_its_check(
     assert "a bug" in found.detail or "too late" in found.detail
 
 
+@pytest.mark.parametrize(("points", "is_beyond"), [("[[5, 5], [7, 7]]", True), ("[0] * 4", False)])
+def test_commands_beyond_the_action_space_are_remarked(
+    tmp_path: Path, builtin_scene: Scene, points: str, is_beyond: bool
+) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(CODE.replace("Action.rest(4, 20)", f"Action.macro({points})"))
+    check = ControllerCheck(str(file), Condition.parse("OM"), builtin_scene, 1, {}, LOCAL)
+    plays = next(finding for finding in check.findings() if finding.what == "plays")
+    assert plays.good
+    assert ("beyond the action space (from [-0.25, -0.5, " in plays.detail) == is_beyond
+
+
 def test_every_fault_of_a_controller_gives_its_submission_a_status() -> None:
     kinds, named = [ControllerError], set()
     while kinds:
