@@ -86,19 +86,18 @@ class ModelPlanner:
         self, row: Array, goal: Array, n_left: int, propose: Propose, random: np.random.Generator
     ) -> Choice:
         """The best of the actions that it tries."""
-        n = self._settings.samples
         parameters = self._proposed(row, goal, propose, random)
-        kept, values, floor = parameters[:0], np.empty(0), np.inf
+        floor = np.inf
+        if n_left > 0:
+            lost = self._after_failure(row, goal, n_left, parameters)
+            back = self._proposed(lost, goal, propose, random)
+            floor = float(after_attempts(*self.distances(lost, goal, back), n_left).min())
+        kept, values = parameters[:0], np.empty(0)
         for number in range(self._settings.rounds):
-            weights, distances = self.distances(row, goal, parameters)
-            if number == 0 and n_left > 0:
-                best = int(after_attempts(weights, distances, n_left + 1).argmin())
-                lost = self._after_failure(row, goal, parameters[best])
-                back = self._proposed(lost, goal, propose, random)
-                floor = float(after_attempts(*self.distances(lost, goal, back), n_left).min())
+            expected = expected_distances(*self.distances(row, goal, parameters), floor)
             parameters = np.concatenate([kept, parameters])
-            values = np.concatenate([values, expected_distances(weights, distances, floor)])
-            order = np.argsort(values, kind="stable")[: max(1, n // 20)]
+            values = np.concatenate([values, expected])
+            order = np.argsort(values, kind="stable")[: max(1, self._settings.samples // 20)]
             kept, values = parameters[order], values[order]
             parameters = self._varied(kept, number + 1, random)
         away = float(np.linalg.norm(row[:3] - goal))
@@ -144,9 +143,10 @@ class ModelPlanner:
         ends = self._relation.end_positions(rows, means, parameters)
         return ends, weights, (deviations**2).sum(axis=-1)
 
-    def _after_failure(self, row: Array, goal: Array, parameters: Array) -> Array:
-        """The object's row after the outcome of an action that adds most to its distance."""
-        ends, weights, _ = self._outcomes(row, parameters[None])
+    def _after_failure(self, row: Array, goal: Array, n_left: int, parameters: Array) -> Array:
+        """The object's row after that outcome of the best action that adds most to its distance."""
+        expected = after_attempts(*self.distances(row, goal, parameters), n_left + 1)
+        ends, weights, _ = self._outcomes(row, parameters[[int(expected.argmin())]])
         harm = weights[0] * np.linalg.norm(ends[0] - goal, axis=-1)
         lost = row.copy()
         lost[:3] = ends[0].reshape(-1, 3)[int(harm.argmax())]
