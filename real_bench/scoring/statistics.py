@@ -116,7 +116,8 @@ def plays_interval(
     mean, whole = float(numbers.mean()), play_variance + goal_variance
     if whole == 0:
         return Interval(mean, mean, OVER_PLAYS_AND_GOALS)
-    freedom = whole**2 / (play_variance**2 / (n_plays - 1) + (parts[:, 0] ** 2 / parts[:, 2]).sum())
+    shares = play_variance / whole, parts[:, 0] / whole  # squares of tiny variances would be 0
+    freedom = 1 / (shares[0] ** 2 / (n_plays - 1) + (shares[1] ** 2 / parts[:, 2]).sum())
     twice = interaction_variance * (n_plays - 2) / (n_plays - 1)
     half = float(
         scipy.stats.t.ppf((1 + CONFIDENCE) / 2, freedom)
