@@ -101,10 +101,13 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     assert len(result.trials) == len(goals) == 2
     verdict = real_bench.score(result, minimum=0.99)
     assert not verdict.passed
+    assert repr(verdict).startswith("<Verdict on REAL-D: failed (")
     other = real_bench.run_extrinsic("real_r", **{**test, "out": str(tmp_path / "other.json")})
     assert real_bench.compare(result, other).metrics["score"].difference == pytest.approx(
         result.score - other.score
     )
+    told = repr(real_bench.compare(result, other))
+    assert told.startswith(f"<Comparison of scores, A - B: {result.score:.3f} - {other.score:.3f}")
     assert real_bench.compare(out, [tmp_path / "other.json"]) == real_bench.compare(result, other)
     drawn = real_bench.draw_figures([run], [out])
     assert {"effective-actions", "score-by-goal"} <= drawn.keys()

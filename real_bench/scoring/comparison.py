@@ -14,7 +14,7 @@ from real_bench.scoring.metric import METRICS, SCORE, Metric
 from real_bench.scoring.one_test import check_one_test
 from real_bench.scoring.repeats import by_goal
 from real_bench.scoring.result import Result, Setting
-from real_bench.scoring.statistics import Floats, Interval, goals_interval
+from real_bench.scoring.statistics import Floats, Interval, goals_interval, interval_heading
 
 COMMON_FIELDS = ("objects", "scene_sha256", "trial_steps")
 """What must agree between compared results."""
@@ -80,6 +80,13 @@ class Comparison:
     n_repeats: tuple[int, int]
     metrics: dict[str, MetricComparison]
     goals: tuple[GoalComparison, ...]
+
+    def __repr__(self) -> str:
+        score = self.score
+        told = f"{score.a:.3f} - {score.b:.3f} = {score.difference:+.3f}"
+        if score.interval is not None:
+            told += f", {interval_heading(score.interval.over)} {score.interval}"
+        return f"<Comparison of scores, A - B: {told}>"
 
     @property
     def score(self) -> MetricComparison:

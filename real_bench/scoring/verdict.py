@@ -61,6 +61,11 @@ class Verdict:
     physics: tuple[str, ...] = ()
     sources: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        failed = [f"{check.name}: {check.detail}" for check in self.checks if not check.passed]
+        outcome = f"failed ({'; '.join(failed)})" if failed else "passed"
+        return f"<Verdict on {quoted(display_name(self.setting.controller))}: {outcome}>"
+
     @property
     def passed(self) -> bool:
         """Whether everything holds."""
