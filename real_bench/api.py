@@ -275,7 +275,10 @@ def draw_figures(
     """
     from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 
-    material = read_figure_data(_as_paths(recordings), _as_paths(results), FigureOptions())
+    played, tested = (
+        [Path(each) for each in _as_sequence(given)] for given in (recordings, results)
+    )
+    material = read_figure_data(played, tested, FigureOptions())
     drawn = {kind.name: kind.draw(material) for kind in FIGURES}
     return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
 
@@ -302,16 +305,14 @@ def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
 
 
 def _as_list(results: Results) -> list[Result]:
-    several = (
-        results if isinstance(results, Sequence) and not isinstance(results, str) else [results]
-    )
+    several = _as_sequence(results)
     if not several:
         raise ResultError("no results were given")
     return [load_result(each) if isinstance(each, str | Path) else each for each in several]
 
 
-def _as_paths(files: PathLike | Sequence[PathLike]) -> list[Path]:
-    return [Path(files)] if isinstance(files, str | Path) else [Path(each) for each in files]
+def _as_sequence(values: Any) -> Sequence[Any]:
+    return values if isinstance(values, Sequence) and not isinstance(values, str) else [values]
 
 
 def _ignore(progress: object) -> None:

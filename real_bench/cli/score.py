@@ -129,10 +129,7 @@ def score(
     publish(page, verdicts.junit(verdict))
     say(json.dumps(verdict.to_json()) if as_json else page.rstrip())
     if not verdict.passed:
-        failed = "; ".join(
-            f"{each.name}: {each.detail}" for each in verdict.checks if not each.passed
-        )
-        say(f"realbench: not passed: {failed}", err=True)
+        say(f"realbench: not passed: {verdict.failures}", err=True)
         sys.exit(NOT_PASSED)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -145,8 +144,7 @@ class GoalSet:
         return len(self.goals)
 
     def __repr__(self) -> str:
-        kinds = Counter(goal.challenge for goal in self.goals)
-        listed = ", ".join(f"{n} {kind}" for kind, n in kinds.items())
+        listed = ", ".join(f"{n} {challenge}" for challenge, n in self.counts.items() if n)
         names = ", ".join(self.object_names)
         return f"<GoalSet: {counted(len(self), 'goal')} ({listed}), {names}, scene {self.scene}>"
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
 from real_bench.real_g.hand import Primitive
-from real_bench.real_g.relation import Relation, rotate
+from real_bench.real_g.relation import Relation, random_distance, rotate
 
 Array = NDArray[np.float64]
 
@@ -136,8 +136,7 @@ class ActionMemory:
         self._range = primitive.high - primitive.low
         free = {*primitive.goal, primitive.yaw}  # these depend on the goal or the object
         self._free_indices = [i for i in range(len(primitive.low)) if i not in free]
-        # for uniform parameters of range 1
-        self._radius = like * np.sqrt(len(self._free_indices) / 6)
+        self._radius = like * random_distance(len(self._free_indices))
         self._recent: deque[tuple[Array, float]] = deque(maxlen=RECENT)
         self.families: list[Family] = []
 

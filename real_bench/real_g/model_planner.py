@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from real_bench.real_g.model import MIN_ACTIONS, Mixture, OutcomeModel
+from real_bench.real_g.model import MIN_ACTIONS, OutcomeModel
 from real_bench.real_g.planner import Choice, Propose
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.trial_evidence import TrialEvidence
@@ -87,16 +87,19 @@ class ModelPlanner:
     ) -> Choice:
         """The best of the actions that it tries."""
         parameters = self._proposed(row, goal, propose, random)
+        weights, distances = self.distances(row, goal, parameters)
         floor = np.inf
         if n_left > 0:
-            lost = self._after_failure(row, goal, n_left, parameters)
+            best = int(after_attempts(weights, distances, n_left + 1).argmin())
+            lost = self._after_failure(row, goal, parameters[best])
             back = self._proposed(lost, goal, propose, random)
             floor = float(after_attempts(*self.distances(lost, goal, back), n_left).min())
         kept, values = parameters[:0], np.empty(0)
         for number in range(self._settings.rounds):
-            expected = expected_distances(*self.distances(row, goal, parameters), floor)
+            if number > 0:
+                weights, distances = self.distances(row, goal, parameters)
             parameters = np.concatenate([kept, parameters])
-            values = np.concatenate([values, expected])
+            values = np.concatenate([values, expected_distances(weights, distances, floor)])
             order = np.argsort(values, kind="stable")[: max(1, self._settings.samples // 20)]
             kept, values = parameters[order], values[order]
             parameters = self._varied(kept, number + 1, random)
@@ -120,15 +123,6 @@ class ModelPlanner:
             distances = np.concatenate([distances, known], axis=2)
         return weights, distances
 
-    def predict(
-        self, row: Array, parameters: Array, member: int | None = None
-    ) -> tuple[Array, Mixture]:
-        """The object's row for each of n actions, and what they are expected to do."""
-        rows = np.tile(row, (len(parameters), 1))
-        relation = self._relation
-        features = relation.features(rows, parameters)
-        return rows, self._model.predict(features, relation.static_outcome(parameters), member)
-
     def end(self, row: Array, parameters: Array) -> Array:
         """Where the object most likely is after an action, (3,)."""
         ends, weights, _ = self._outcomes(row, parameters[None])
@@ -136,17 +130,18 @@ class ModelPlanner:
 
     def _outcomes(self, row: Array, parameters: Array) -> tuple[Array, Array, Array]:
         """Of n actions by the model: ends (n, E, K, 3), weights and square spreads (n, E, K)."""
-        rows, mixture = self.predict(row, parameters)
+        relation, rows = self._relation, np.tile(row, (len(parameters), 1))
+        features = relation.features(rows, parameters)
+        mixture = self._model.predict(features, relation.static_outcome(parameters))
         means, weights, deviations = (
             np.moveaxis(each, 0, 1) for each in (mixture.means, mixture.weights, mixture.deviations)
         )
-        ends = self._relation.end_positions(rows, means, parameters)
+        ends = relation.end_positions(rows, means, parameters)
         return ends, weights, (deviations**2).sum(axis=-1)
 
-    def _after_failure(self, row: Array, goal: Array, n_left: int, parameters: Array) -> Array:
-        """The object's row after that outcome of the best action that adds most to its distance."""
-        expected = after_attempts(*self.distances(row, goal, parameters), n_left + 1)
-        ends, weights, _ = self._outcomes(row, parameters[[int(expected.argmin())]])
+    def _after_failure(self, row: Array, goal: Array, parameters: Array) -> Array:
+        """The object's row after that outcome of an action that adds most to its distance."""
+        ends, weights, _ = self._outcomes(row, parameters[None])
         harm = weights[0] * np.linalg.norm(ends[0] - goal, axis=-1)
         lost = row.copy()
         lost[:3] = ends[0].reshape(-1, 3)[int(harm.argmax())]
@@ -179,13 +174,13 @@ class ModelPlanner:
         self._model.set_state(state)
 
 
-def expected_distances(weights: Array, distances: Array, floor: float | Array) -> Array:
+def expected_distances(weights: Array, distances: Array, floor: float) -> Array:
     """What n actions leave on average, (n,), where whatever is farther can be mended to a floor.
 
     Args:
         weights: how likely each of K outcomes is for each member, (n, E, K), their sum 1.
         distances: how far it is from the goal, (n, E, K).
-        floor: what can be reached afterwards; for all, or (n, E, 1).
+        floor: what can be reached afterwards.
     """
     return np.asarray((weights * np.minimum(distances, floor)).sum(axis=2).mean(axis=1))
 

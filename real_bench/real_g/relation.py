@@ -145,6 +145,11 @@ def following_score(remaining: Array, displacement: Array) -> Array:
     )
 
 
+def random_distance(n: int) -> float:
+    """How far apart two random points are, of n uniform parameters of range 1: root mean square."""
+    return float(np.sqrt(n / 6))
+
+
 def rotate(vectors: Array, angle: Array) -> Array:
     """Vectors (..., 2) turned by angles that fit (...)."""
     c, s = np.cos(angle), np.sin(angle)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.real_g.relation import Relation
+from real_bench.real_g.relation import Relation, random_distance
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class TrialEvidence:
     def __init__(self, relation: Relation) -> None:
         primitive = relation.primitive
         self._relation, self._range = relation, primitive.high - primitive.low
-        self._radius = ALIKE * np.sqrt(len(self._range) / 6)  # for uniform parameters of range 1
+        self._radius = ALIKE * random_distance(len(self._range))
         self._reach = NEAR * self._range[list(primitive.end)]
         self._actions: list[Array] = []  # relative to the object
         self._places: list[Array] = []

@@ -62,14 +62,19 @@ class Verdict:
     sources: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        failed = [f"{check.name}: {check.detail}" for check in self.checks if not check.passed]
-        outcome = f"failed ({'; '.join(failed)})" if failed else "passed"
+        outcome = "passed" if self.passed else f"failed ({self.failures})"
         return f"<Verdict on {quoted(display_name(self.setting.controller))}: {outcome}>"
 
     @property
     def passed(self) -> bool:
         """Whether everything holds."""
         return all(check.passed for check in self.checks)
+
+    @property
+    def failures(self) -> str:
+        """What does not hold, in a line; empty if everything does."""
+        failed = (check for check in self.checks if not check.passed)
+        return "; ".join(f"{check.name}: {check.detail}" for check in failed)
 
     def to_json(self) -> dict[str, Any]:
         """Every number."""
