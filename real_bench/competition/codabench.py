@@ -28,14 +28,7 @@ IMAGE = "realbench:platform"
 STEPS_A_SECOND, SPARE_S = 500, 600
 """How slow a platform's machine may simulate, and what else takes time."""
 ROUND_FILE, GOALS_FILE = "round.yaml", "goals.npy"
-COLUMNS = {
-    "score": "Score",
-    "low": "95% from",
-    "high": "95% to",
-    **{f"score_{name.replace('.', '_')}": name for name in CHALLENGES},
-    "verified": "Verified",
-}
-"""What the scoring program writes, and its headings."""
+SCORE, LOW, HIGH, VERIFIED = "score", "low", "high", "verified"
 
 _PROGRAM = '''\
 """Runs in the image, as the platform calls it."""
@@ -69,10 +62,16 @@ _EVALUATION = """\
 # Evaluation
 
 The score of an object is exp(-c d), 1 at its goal and 0.25 at 10 cm; the mean over all goals
-counts. The scoring program replays every trial, so a score is what its commands lead to.
+counts. The 95% interval is over the goals, and over the plays as well from three on. The scoring
+program replays every trial, so a score is what its commands lead to.
 
 {rounds}
 """
+
+
+def class_key(name: str) -> str:
+    """The key of a class's scores."""
+    return f"score_{name.replace('.', '_')}"
 
 
 def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> list[str]:
@@ -157,14 +156,22 @@ def _describe(competition: Competition, image: str) -> dict[str, Any]:
                         "key": key,
                         "index": index,
                         "sorting": "desc",
-                        "precision": 0 if key == "verified" else 4,
+                        "precision": 0 if key == VERIFIED else 4,
                         "hidden": False,
                     }
-                    for index, (key, heading) in enumerate(COLUMNS.items())
+                    for index, (key, heading) in enumerate(_columns(competition).items())
                 ],
             }
         ],
     }
+
+
+def _columns(competition: Competition) -> dict[str, str]:
+    """What the scoring program writes, and its headings: only classes that have goals."""
+    sets = [load_goal_set(competition.goals(name)) for name in competition.rounds]
+    there = {each for goal_set in sets for each in goal_set.classes}
+    classes = {class_key(name): name for name in CHALLENGES if name in there}
+    return {SCORE: "Score", LOW: "95% from", HIGH: "95% to", **classes, VERIFIED: "Verified"}
 
 
 def _phases(competition: Competition, now: str) -> Iterator[dict[str, Any]]:

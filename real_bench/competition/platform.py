@@ -7,13 +7,21 @@ import shutil
 import sys
 from pathlib import Path
 
-from real_bench.competition.codabench import COLUMNS, GOALS_FILE, ROUND_FILE
+from real_bench.competition.codabench import (
+    GOALS_FILE,
+    HIGH,
+    LOW,
+    ROUND_FILE,
+    SCORE,
+    VERIFIED,
+    class_key,
+)
 from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
 from real_bench.competition.standing import SCORED, Standing
 from real_bench.errors import ExperimentError
-from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.goal_sets import load_goal_set
 from real_bench.locks import temporary_folder
 from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.scoring.result import load_result
@@ -60,6 +68,8 @@ def ingest(submission: Path, data: Path, output: Path) -> None:
 def score(inputs: Path, output: Path) -> None:
     """Verify what ingestion left, by replay, and write the platform's ``scores.json``.
 
+    A class without goals has no score there, and one goal alone no interval.
+
     Args:
         inputs: with ``res``, what ingestion left, and ``ref``, the goals.
         output: where the scores go.
@@ -77,7 +87,8 @@ def score(inputs: Path, output: Path) -> None:
         if failure != "zero":
             sys.exit(message)
         print(message)
-        return _write(output, dict.fromkeys(COLUMNS, 0.0))
+        classes = map(class_key, set(load_goal_set(goals).classes))
+        return _write(output, dict.fromkeys([SCORE, LOW, HIGH, *classes, VERIFIED], 0.0))
     files = sorted(left.glob("seed*.json"))
     for file in files:
         verdict = ResultVerification(file, goals=goals).verify(lambda done, total: None)
@@ -85,20 +96,11 @@ def score(inputs: Path, output: Path) -> None:
         if not verdict.holds:
             sys.exit(f"{file.name} does not verify")
     summary = summarise_repeats(by_goal([load_result(file) for file in files])).score
-    interval = summary.interval
-    _write(
-        output,
-        {
-            "score": summary.mean,
-            "low": interval.low if interval else summary.mean,
-            "high": interval.high if interval else summary.mean,
-            **{
-                f"score_{name.replace('.', '_')}": summary.by_class.get(name, 0.0)
-                for name in CHALLENGES
-            },
-            "verified": 1.0,
-        },
-    )
+    scores = {SCORE: summary.mean, VERIFIED: 1.0}
+    scores |= {class_key(name): mean for name, mean in summary.by_class.items()}
+    if summary.interval:
+        scores |= {LOW: summary.interval.low, HIGH: summary.interval.high}
+    _write(output, scores)
 
 
 def _write(output: Path, scores: dict[str, float]) -> None:

@@ -110,6 +110,8 @@ def test_a_submission_is_ingested_and_scored(unpacked: Path, place: Path) -> Non
     told = yaml.safe_load((unpacked / "competition.yaml").read_text())
     keys = {column["key"] for column in told["leaderboards"][0]["columns"]}
     assert set(scores) == keys
+    assert {"score_2D", "score_2_5D"} < keys
+    assert "score_3D" not in keys  # the goals have none
     assert all(isinstance(value, float) for value in scores.values())
     assert 0 < scores["low"] <= scores["score"] <= scores["high"]
     result = scoring / "input" / "res" / "seed0.json"
