@@ -31,6 +31,7 @@ def compare(a: str, b: str, as_json: bool) -> None:
     from real_bench.cli.reading import read_results
     from real_bench.physics import mixture, physics_of
     from real_bench.scoring.comparison import compare as compare_results
+    from real_bench.scoring.one_test import mixed_sources, sources_of
     from real_bench.scoring.table import comparison_table
 
     ours, theirs = (read_results(each) for each in (a, b))
@@ -39,4 +40,7 @@ def compare(a: str, b: str, as_json: bool) -> None:
     if as_json:
         say(json.dumps({**comparison.to_json(), "physics": sorted(set(physics))}))
     else:
-        print_tables(comparison_table(comparison, ours, theirs), *filter(None, [mixture(physics)]))
+        mixed = [mixed_sources(sources_of(results)) for results in (ours, theirs)]
+        remarks = [f"{name}: {remark}" for name, remark in zip("AB", mixed, strict=True) if remark]
+        remarks += filter(None, [mixture(physics)])
+        print_tables(comparison_table(comparison, ours, theirs), *remarks)

@@ -17,6 +17,7 @@ from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.naming import scene_name, shareable_name
 from real_bench.physics import physics_of
+from real_bench.scoring.one_test import sources_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
 from real_bench.simulation import DEFAULT_SCENE
@@ -35,6 +36,7 @@ class Row:
         summary: of their scores; None while there are none.
         unlike_published: what differs from how the published score was made.
         physics: of each of the results.
+        sources: the hash of realbench's own code of each of the results.
         name: of a submission; empty if it is called by the cell's label.
     """
 
@@ -46,6 +48,7 @@ class Row:
     summary: RepeatsSummary | None
     unlike_published: tuple[str, ...] = ()
     physics: tuple[str, ...] = ()
+    sources: tuple[str, ...] = ()
     name: str = ""
 
     @property
@@ -83,6 +86,7 @@ class Row:
             "summary": self.summary.to_json() if self.summary else None,
             "difference": self.difference,
             "physics": sorted(set(self.physics)),
+            "sources": sorted(set(self.sources)),
             "enough_repeats_to_compare": self.is_enough,
             "unlike_published": list(self.unlike_published),
         }
@@ -128,6 +132,7 @@ def _row(spec: Spec, plan: ExperimentPlan, cell: Cell, consistency: _Consistency
         summary=summary,
         unlike_published=unlike,
         physics=tuple(physics_of(result.setting.versions) for result in results),
+        sources=sources_of(results),
         name=spec.submission_name(cell),
     )
 
@@ -172,6 +177,9 @@ class _ConsistencyCheck:
         self._require_same(job, setting.goals_sha256, "goals", job.goals.name)
         self._require_same(job, setting.control_version, "versions of its control", cell.name)
         self._require_same(job, setting.settings, "settings", cell.name)
+        if setting.learned:  # older results do not say
+            learned = setting.learned.settings
+            self._require_same(job, learned, "settings that learned", cell.name)
 
     def _require_same(self, job: ScoringJob, value: Any, what: str, *of: str) -> None:
         first, file = self._seen.setdefault((what, *of), (value, job.out))

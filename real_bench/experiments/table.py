@@ -148,6 +148,11 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
             f"made with an earlier version of the control (macros did not end exactly at their "
             f"second point): {', '.join(earlier)}"
         )
+    if mixed := [row.cell.name for row in rows if len(set(row.sources)) > 1]:
+        lines.append(
+            "averages over results of different code of realbench, whose own controllers may have "
+            f"changed in between: {', '.join(mixed)}"
+        )
     if physics_note := mixture([each for row in rows for each in row.physics]):
         lines.append(f"{MIXED} {physics_note}")
     if missing:

@@ -10,6 +10,7 @@ import pytest
 from real_bench.goal_sets import save_goal_set
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
+from real_bench.version import SOURCE
 from tests.cli.shell import TOUCHES, realbench, tiny_goals, write_controller
 from tests.scoring.bench import made
 
@@ -32,6 +33,13 @@ def test_compare_takes_files_folders_and_patterns(folder: Path, near: str) -> No
     page = realbench(folder, "compare", near, "far.json").stdout
     assert "A better" in page
     assert page.count("95% over goals") == 2
+
+
+def test_compare_says_which_side_is_of_different_code(folder: Path) -> None:
+    made([0.05, 0.06, 0.07, 0.08], 2, versions={SOURCE: "a" * 16}).save(folder / "near/seed2.json")
+    page = " ".join(realbench(folder, "compare", "far.json", "near").stdout.split())
+    assert "B: results of different code of realbench are averaged (2 of unknown, 1 of aa" in page
+    assert "A: results of different" not in page
 
 
 def test_exit_code_says_whether_score_passed(folder: Path) -> None:

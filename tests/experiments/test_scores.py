@@ -21,6 +21,7 @@ from real_bench.phases.local import LocalBackend
 from real_bench.recording import Recorder
 from real_bench.simulation import Scene, load_scene
 from real_bench.source import ControllerSource
+from real_bench.version import SOURCE
 from tests.cli.shell import realbench
 from tests.experiments.conftest import DISTANCES, WriteSpec, keep
 
@@ -114,15 +115,26 @@ def test_result_with_other_settings_is_refused(write_spec: WriteSpec, builtin_sc
         ({"scene_sha256": "8" * 64}, "scenes"),
         ({"settings": {"depth": 3}}, "settings"),
         ({"control_version": 2}, "versions of its control"),
+        ({"learned": {"code_sha256": "7" * 64, "settings": {"lr": 2}}}, "settings that learned"),
     ],
 )
 def test_results_that_differ_are_never_averaged(
     drawn: Spec, changes: dict[str, Any], what: str
 ) -> None:
-    keep(drawn, repeat=0)
+    keep(drawn, repeat=0, learned={"code_sha256": "7" * 64, "settings": {"lr": 1}})
     keep(drawn, repeat=1, **changes)
     with pytest.raises(ExperimentError, match=f"different {what}, which are never averaged"):
         rows_of(drawn, ExperimentPlan(drawn))
+
+
+@pytest.mark.parametrize(("second", "is_mixed"), [("a" * 16, False), ("b" * 16, True)])
+def test_averages_over_different_code_are_named(drawn: Spec, second: str, is_mixed: bool) -> None:
+    keep(drawn, repeat=0, versions={SOURCE: "a" * 16})
+    keep(drawn, repeat=1, versions={SOURCE: second})
+    row = rows_of(drawn, ExperimentPlan(drawn))[0]
+    told = [note for note in notes(drawn, [row]) if "different code of realbench" in note]
+    assert [note.endswith(f": {row.cell.name}") for note in told] == [True] * is_mixed
+    assert row.to_json()["sources"] == sorted({"a" * 16, second})
 
 
 def test_result_of_a_controller_changed_since_is_refused(
