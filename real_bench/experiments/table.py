@@ -154,7 +154,8 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
             f"changed in between: {', '.join(mixed)}"
         )
     if physics_note := mixture([each for row in rows for each in row.physics]):
-        lines.append(f"{MIXED} {physics_note}")
+        within_a_row = any(mixture(row.physics) for row in rows)
+        lines.append(f"{MIXED} {physics_note}" if within_a_row else physics_note)
     if missing:
         wanted = sum(row.n_asked for row in rows)
         lines.append(f"{missing} of {wanted} repeats are missing")

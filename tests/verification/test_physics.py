@@ -220,3 +220,16 @@ def test_a_table_marks_rows_that_mix_physics() -> None:
     assert any(note.startswith(told) for note in notes(spec, rows))
     assert not any("physics" in note for note in notes(spec, rows[1:]))
     assert rows[0].to_json()["physics"] == ["a" * 16, "b" * 16]
+
+
+def test_a_table_of_unlike_rows_says_so_without_a_mark(tmp_path: Path) -> None:
+    cells = [{"controller": "real_r", "condition": letters} for letters in ("OM", "IM")]
+    spec = Spec.model_validate(
+        {"folder": tmp_path, "title": "x", "results": Path("r"), "cells": cells}
+    )
+    rows = [
+        Row(cell, 1, (0,), (), control_version=None, summary=None, physics=(each * 16,))
+        for cell, each in zip(spec.cells, "ab", strict=True)
+    ]
+    (told,) = [note for note in notes(spec, rows) if "physics" in note]
+    assert told.startswith("results with different physics are mixed")
