@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import logging
 import math
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -125,14 +126,12 @@ def _run_trials(
     else:
         scene, name = task.simulation.scene, proxy.spec
         plan = TrialPlan(name, task.condition, scene, goals, SEED, trial_steps)
-        maker = TrialMaker(plan, proxy, task=task)
-        try:
+        with closing(TrialMaker(plan, proxy, task=task)) as maker:
             for number in range(n_trials):
                 trial, _ = maker.make(number)
                 log.info("goal %d (%s): %.4f", number, trial.challenge, trial.score)
                 scores.setdefault(trial.challenge, []).append(trial.score)
-        finally:
-            maker.close()
+            maker.end()
     every = [score for name in CLASSES for score in scores.get(name, [])]
     means = {f"score_{name}": _mean(scores[name]) if name in scores else 0 for name in CLASSES}
     return {**means, "score_total": _mean(every) if every else math.nan}, scores

@@ -26,10 +26,13 @@ class PendingJobs:
     Attributes:
         plays: intrinsic phases.
         scorings: tests; some of them wait for a play.
+        outdated: finished tests that would no longer fit, since their recording is gone, and other
+            tests need one like it.
     """
 
     plays: tuple[PlayJob, ...]
     scorings: tuple[ScoringJob, ...]
+    outdated: tuple[ScoringJob, ...] = ()
 
     def __str__(self) -> str:
         """``2 plays and 1 test, 26,000 steps in total``."""
@@ -63,7 +66,7 @@ class PendingJobs:
 
 
 class ExperimentPlan:
-    """All jobs of an experiment and their states; looks at each file once.
+    """All jobs of an experiment and their states, as they were when first asked for.
 
     Args:
         spec: the experiment.
@@ -134,7 +137,7 @@ class ExperimentPlan:
 
         Args:
             resume: continue interrupted recordings instead of starting over.
-            overwrite: replace files that do not fit the experiment.
+            overwrite: replace files that do not fit the experiment, or would not.
 
         Raises:
             ExperimentError: files do not fit the experiment, and must not be overwritten.
@@ -146,11 +149,15 @@ class ExperimentPlan:
         jobs = [self.play(*repeat) for repeat in repeats]
         plays = {job.name: job for job in jobs if job and job.name in needed}
         to_play = self._pending(list(plays.values()), overwrite)
+        left, replayed = {job.name for job in scorings}, {job.name for job in to_play}
+        outdated = [job for job in tests if job.name not in left and job.play in replayed]
         played = [
             job.model_copy(update={"resume": resume and not self.state(job).mismatches})
             for job in to_play
         ]
-        return PendingJobs(tuple(played), tuple(scorings))
+        if overwrite:
+            return PendingJobs(tuple(played), (*scorings, *outdated))
+        return PendingJobs(tuple(played), tuple(scorings), tuple(outdated))
 
     def check_goals(self) -> None:
         """Check that goals are as the experiment says; raises ExperimentError."""

@@ -60,6 +60,8 @@ class Processes:
             raise WorkerLostError(f"{job.name} was not started")
         with self._log(job) as log, self._process(log) as process:
             self._running.add(process)
+            if self._stopped:  # meanwhile
+                process.kill()
             try:
                 ended = self._follow(process, job, report)
             finally:

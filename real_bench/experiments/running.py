@@ -7,6 +7,7 @@ import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
@@ -68,7 +69,7 @@ class Experiment:
         return self._plan().pending(resume=resume, overwrite=overwrite)
 
     def check(self, work: PendingJobs) -> None:
-        """Let every controller play a few steps before any work.
+        """Find out before any work whether it can be done: every controller plays a few steps.
 
         This happens in a process of its own, since a controller may end its process. Isolated
         controllers are left out: they are other people's, and a failing one must not stop the rest.
@@ -76,6 +77,14 @@ class Experiment:
         Raises:
             ExperimentError: something cannot be done, and why.
         """
+        if work.outdated:
+            first = work.outdated[0]
+            raise ExperimentError(
+                f"{first.play} must be played again, since its recording is gone, but "
+                f"{counted(len(work.outdated), 'finished test')} of such plays ({first.out.name} "
+                "...) learned from what was recorded: put the recording back, use another "
+                "results folder, or make these tests again with --overwrite"
+            )
         if self.isolate:
             return
         processes = Processes(self.spec.results_folder / "logs")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -171,8 +172,7 @@ class ExtrinsicPhase:
                 activity,
             )
             return
-        maker = TrialMaker(self.plan, proxy, given, activity=activity)
-        try:
+        with closing(TrialMaker(self.plan, proxy, given, activity=activity)) as maker:
             if maker.in_order and done:
                 raise NotResumableError(
                     f"{self.out} cannot be resumed: the controller learns across trials, "
@@ -180,10 +180,9 @@ class ExtrinsicPhase:
                 )
             for number in left:
                 if stop.requested:
-                    return
+                    break
                 yield maker.make(number)
-        finally:
-            maker.close()
+            maker.end()
 
     def _setting(self, identity: Identity, learned: Learned | None) -> Setting:
         plan = self.plan

@@ -19,7 +19,8 @@ from real_bench.source import ControllerSource, has_code_hash, recorded_name, re
 
 Wanted = Literal["keep", "again", "nothing"]
 """What to do in doubt: use what was learned with other code or settings (``keep``), learn again
-from the recording (``again``), or go on with nothing learned at all."""
+from the recording (``again``), or go on with nothing learned at all, which is for controllers that
+cannot learn from recordings."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,11 @@ def load_handover(
         ControllerError: it is unclear what to do; the message names the options.
         RecordingError: what was learned may not serve in this condition.
     """
+    if wanted == "nothing" and identity.learns_from_experience:
+        raise ControllerError(
+            f"controller {controller} learns from {run} (use_experience), so it is never tested as "
+            "made: leave out --as-made"
+        )
     with Recording(run) as recording:
         header = recording.header
         if not _may_continue(header, controller, identity):
@@ -77,8 +83,7 @@ def load_handover(
         return NOTHING
     if wanted == "nothing":
         raise ControllerError(
-            f"controller {controller}: {run} holds what it learned: leave out --as-made, or use "
-            "--relearn"
+            f"controller {controller}: {run} holds what it learned: leave out --as-made"
         )
     if wanted == "again":
         if not identity.learns_from_experience:

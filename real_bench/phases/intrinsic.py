@@ -263,6 +263,8 @@ class _Play:
             recorder.write()
             raise
         recorder.write()
+        if recorder.n_steps == 0:
+            raise Interrupted("stopped before the first action: nothing was recorded")
         if recorder.n_steps < self._steps:
             raise Interrupted(
                 f"stopped at step {recorder.n_steps:,} of {self._steps:,}; everything up to here "

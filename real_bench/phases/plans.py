@@ -116,7 +116,7 @@ def plan_test(
     """
     backend = backend or LocalBackend()
     path, header = _find_run(run, optional=controller is not None)
-    given = goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
+    given = _given_goals(goals)
     known = header.objects if header else given.n_objects if given else 1
     n_objects = known if objects is None else objects
     if scene is None:
@@ -155,7 +155,7 @@ def plan_test_after(
     phase: IntrinsicPhase, goals: Path | GoalSet | None, trial_steps: int
 ) -> TrialPlan:
     """Trials of the controller that has just played, in the same process."""
-    given = goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
+    given = _given_goals(goals)
     return TrialPlan(
         controller=phase.controller,
         condition=phase.condition,
@@ -173,6 +173,10 @@ def _condition_of(controller: str | None) -> str:
     """The condition that a submission is made for, or the default one."""
     submission = None if controller is None else ControllerSource.of(controller).submission
     return DEFAULT_CONDITION if submission is None else submission.condition
+
+
+def _given_goals(goals: Path | GoalSet | None) -> GoalSet | None:
+    return goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
 
 
 def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:

@@ -163,14 +163,15 @@ class TrialMaker:
             raise type(error)(f"goal {number}: {error}") from error
         return result, time.monotonic() - began
 
+    def end(self) -> None:
+        """Tell a controller that met goal after goal that there are no more."""
+        if self.in_order:
+            self._proxy.call("end_extrinsic_phase")
+
     def close(self) -> None:
-        """The tests are over."""
-        try:
-            if self.in_order:
-                self._proxy.call("end_extrinsic_phase")
-        finally:
-            self._proxy.close()
-            self._task.close()
+        """Let go of controller and world."""
+        self._proxy.close()
+        self._task.close()
 
     def _prepare_proxy(self, given: Handover) -> ControllerProxy:
         plan = self._plan

@@ -101,8 +101,10 @@ class RealG(Controller):
             self._learn(lesson_due)
 
     def use_experience(self, experience: Experience) -> None:
-        """Learn from all of it, if not done yet."""
+        """Learn from all of it, if not done yet and if there is anything."""
         if self._has_learned and self._play.n_learned == len(experience):
+            return
+        if not len(experience):
             return
         self._recall(experience)
         self._learn(len(self._outcomes))
@@ -113,7 +115,8 @@ class RealG(Controller):
         """The tests begin; raises ControllerError where it has learned nothing."""
         if not self._has_learned:
             raise ControllerError(
-                "it plans with what it learned at play: give its recording with --run"
+                "it plans with what it learned at play: give a recording with --run, of one "
+                "action at least"
             )
 
     def start_extrinsic_trial(self) -> None:

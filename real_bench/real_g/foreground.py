@@ -66,6 +66,12 @@ class Foreground:
         """Whether a background has been learned."""
         return self._background is not None
 
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the background; raises RealBenchError."""
+        height, width = self._learned()[0].shape[:2]
+        return width, height
+
     def add(self, image: Image) -> bool:
         """Look at the next image, (height, width, 3); returns whether anything has changed."""
         small = _shrunk(image)
@@ -96,9 +102,13 @@ class Foreground:
 
     def mask(self, image: Image) -> NDArray[np.bool_]:
         """Which pixels show what can be moved, (height, width); raises RealBenchError."""
+        background, flicker = self._learned()
+        return np.asarray(_max_difference(image, background) > flicker)
+
+    def _learned(self) -> tuple[Image, NDArray[np.int16]]:
         if self._background is None or self._flicker is None:
             raise RealBenchError("no background has been learned yet")
-        return np.asarray(_max_difference(image, self._background) > self._flicker)
+        return self._background, self._flicker
 
     def _keep(self, image: Image, small: Image) -> None:
         self._n_candidates += 1

@@ -15,7 +15,7 @@ CELL = 4
 """Side of a cell of the ground, in pixels."""
 
 MAX_DEPTH = 0.99
-"""Depth beyond which there is no ground: nearly the far plane."""
+"""Depth beyond which there is nothing: nearly the far plane."""
 
 
 class Ground:

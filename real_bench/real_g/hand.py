@@ -85,7 +85,8 @@ class Push:
 
     def parameters(self, action: Action) -> Array | None:
         """The two points, (4,)."""
-        whole = action.duration == self.steps and not np.isnan(action.commands).any()
+        is_one = len(action.commands) == 1 and action.duration == self.steps
+        whole = is_one and not np.isnan(action.commands).any()
         return action.commands[0].copy() if whole else None
 
     def path(self, parameters: Array) -> Array:

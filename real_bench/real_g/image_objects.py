@@ -28,9 +28,6 @@ GROWTH = 1.25
 MIN_CHANGE = 0.125
 """A smaller share of the usual difference between two images may be flicker."""
 
-IMAGE_SIZE = (320, 240)
-"""Width and height of a retina."""
-
 MOVED_PIXELS = 1.0
 """Smaller movements are ignored; the middle of a patch is known more finely than that."""
 
@@ -69,7 +66,6 @@ class ImageObjects:
         self._moments: list[int] = []  # which of them was seen when
         self._paths: dict[int, Array] = {}  # by the moment that each began at
         self._next_lesson = FIRST_LESSON
-        self._n_lessons = 0
 
     def __deepcopy__(self, memo: object) -> ImageObjects:
         twin = copy.copy(self)  # what is remembered never changes, so copies may share it
@@ -84,11 +80,6 @@ class ImageObjects:
         return twin
 
     @property
-    def n_lessons(self) -> int:
-        """How often it has learned; rows change when this does."""
-        return self._n_lessons
-
-    @property
     def n_objects(self) -> int:
         """How many things it knows; 0 before it has learned where anything is."""
         return len(self._appearances) if self._hand_eye.is_known else 0
@@ -97,8 +88,8 @@ class ImageObjects:
         """Look at the next moment of the play, and learn if enough is new.
 
         Args:
-            image: (240, 320, 3) uint8; None while the arm is in the way.
-            depth: (240, 320) at the same moment, if available.
+            image: (height, width, 3) uint8; None while the arm is in the way.
+            depth: (height, width) at the same moment, if available.
         """
         if image is not None and depth is not None:
             self.see_depth(depth)
@@ -107,7 +98,7 @@ class ImageObjects:
             self.learn()
 
     def see_depth(self, depth: NDArray[Any]) -> None:
-        """Learn about the ground from a depth image, (240, 320), with the arm out of view."""
+        """Learn about the ground from a depth image, (height, width), with the arm out of view."""
         self._ground.add(depth)
 
     def act(self, path: Array) -> None:
@@ -144,7 +135,6 @@ class ImageObjects:
         """Learn again from everything remembered; does nothing if too little has changed."""
         if len(self._images) < FIRST_LESSON:
             return
-        self._n_lessons += 1
         self._next_lesson = int(np.ceil(GROWTH * len(self._images)))
         if self._foreground.learn():
             self._blobs = [self._blobs_in(_decompress(packed)) for packed in self._images]
@@ -250,13 +240,13 @@ class ImageObjects:
 
         The farther something is, the more metres a pixel covers.
         """
-        centre = np.array([IMAGE_SIZE]) / 2
+        centre = np.array(self._foreground.size) / 2
         return np.asarray((positions - centre) * self._ground.distance(positions)[..., None])
 
     def _rows(self, positions: Array) -> Array:
         """x, y, z of positions, (..., 2) pixels to (..., 3)."""
         xy = self._hand_eye.xy(self._depth_corrected(positions))
-        z = -self._hand_eye.scale * IMAGE_SIZE[0] / 2 * self._ground.distance(positions)
+        z = -self._hand_eye.scale * self._foreground.size[0] / 2 * self._ground.distance(positions)
         return np.concatenate([xy, np.where(np.isnan(xy[..., :1]), np.nan, z[..., None])], axis=-1)
 
 

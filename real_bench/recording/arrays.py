@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
-from real_bench.files import atomic_replacement
+from real_bench.files import atomic_replacement, check_folder
 from real_bench.recording.schema import IMAGES_PER_CHUNK
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def images_of(recording: Recording, size: Size | None, cache: Path | None) -> ND
         return _joined(_pieces(recording, size), recording.n_states, _shape(recording, size))
     path = cache / f"images-{_fingerprint(recording)}-{'x'.join(map(str, size or ('full',)))}.npy"
     if not path.exists():
-        cache.mkdir(parents=True, exist_ok=True)
+        check_folder(cache, make=True)
         shape = (recording.n_states, *_shape(recording, size))
         with atomic_replacement(path) as hidden:
             kept = np.lib.format.open_memmap(hidden, "w+", np.uint8, shape)

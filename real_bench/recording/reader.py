@@ -39,6 +39,7 @@ from real_bench.recording.validation import (
     check_attributes,
     check_dataset,
     check_group,
+    check_images,
     check_pieces,
     check_sizes,
 )
@@ -239,6 +240,7 @@ class Recording:
     @property
     def has_poses(self) -> bool:
         """Whether it holds the objects' true poses; an excerpt for a controller may lack them."""
+        self._check_open()
         return "ground_truth" in self._file
 
     @property
@@ -255,6 +257,7 @@ class Recording:
 
         Step and action count those that were over when it was logged.
         """
+        self._check_open()
         if "logged" not in self._file:
             return np.empty(0, LOGGED)
         with self._guard():
@@ -305,6 +308,7 @@ class Recording:
 
     @cached_property
     def _image_reader(self) -> ImageReader:
+        self._check_open()
         if "images" not in self._file:
             raise RecordingError(f"{self.path} was recorded without images")
         return ImageReader(self._file["images"])
@@ -337,7 +341,8 @@ class Recording:
                 return {}
             group = self._file[name]
             for number in group:
-                check_dataset(group, number, *_numbers(group, number))
+                check_dataset(group, number, None, None)
+            check_sizes(group, group)
             return load_state(group) if len(group) else {}
 
     def _check_open(self) -> None:
@@ -381,8 +386,7 @@ class Recording:
         for name, (dtype, shape) in rows.items():
             check_dataset(file, name, dtype, shape)
         if "images" in file:
-            height, width, *_ = file["images"].shape[1:]
-            check_dataset(file, "images", np.dtype("u1"), (height, width, 3))
+            check_images(file, "images")
         check_sizes(file, rows)
         for name in rows.keys() - {"commands"}:  # whose pieces are checked when they are read
             check_pieces(file[name])
@@ -395,6 +399,8 @@ class Recording:
             and int(rows["n_steps"].sum()) == self.n_steps
             and (rows["n_commands"] >= 0).all()
             and int(rows["n_commands"].sum()) == self.n_commands
+            and _follow_one_another(rows["first_command"], rows["n_commands"])
+            and _follow_one_another(rows["first_step"], rows["n_steps"])
             and all(
                 ((rows[name] >= 0) & (rows[name] < self.n_states)).all()
                 for name in ("precondition", "outcome")
@@ -425,9 +431,6 @@ class Recording:
             ) from error
 
 
-def _numbers(group: h5py.Group, name: str) -> tuple[np.dtype[Any], None]:
-    """What an array of a controller's state may hold: numbers of any kind, in any shape."""
-    dtype = group[name].dtype
-    if dtype.kind not in "biufc":
-        raise ValueError(f"{group.name}/{name} holds {dtype}")
-    return dtype, None
+def _follow_one_another(first: NDArray[np.int64], n: NDArray[np.int64]) -> bool:
+    """Whether each row begins where the one before it ended."""
+    return bool(np.array_equal(first, np.cumsum(n) - n))

@@ -19,6 +19,9 @@ GZIP, SHUFFLE, ZSTD = 1, 2, 32015  # HDF5's numbers
 PACKINGS: tuple[list[int], ...] = ([], [ZSTD], [SHUFFLE, GZIP])
 """The only filters we use; before schema version 2 everything was packed by zstd."""
 
+NUMBERS = "biufc"
+"""Kinds of numbers, as numpy calls them."""
+
 MAX_CHUNK_BYTES = 2**28
 MAX_SMALL_BYTES = 2**26  # may be declared however little is stored
 MAX_RATIO = 1000  # the rows of real recordings shrink to a tenth or so
@@ -40,21 +43,26 @@ def check_group(file: h5py.Group, name: str) -> None:
 
 
 def check_dataset(
-    file: h5py.Group, name: str, dtype: np.dtype[Any], row_shape: tuple[int, ...] | None
+    file: h5py.Group,
+    name: str,
+    dtype: np.dtype[Any] | None,
+    row_shape: tuple[int, ...] | None,
 ) -> None:
     """Raise ValueError unless a dataset is in the file, of its type, and no larger than declared.
 
     Args:
         file: where it is.
         name: its path from there.
-        dtype: what it must hold.
-        row_shape: the shape of a row; None: any that is not large.
+        dtype: what it must hold; None: numbers of any kind.
+        row_shape: the shape of a row; None: any.
     """
     if not _is_inside(file, name) or not isinstance(file[name], h5py.Dataset):
         raise ValueError(f"{name} is not a dataset of the file")
     data = file[name]
-    if data.dtype != dtype or (row_shape is not None and data.ndim == 0):
-        raise ValueError(f"{name} holds {data.dtype}, not {dtype}")
+    if data.dtype != dtype if dtype is not None else data.dtype.kind not in NUMBERS:
+        raise ValueError(f"{name} holds {data.dtype}, not {dtype or 'numbers'}")
+    if row_shape is not None and data.ndim == 0:
+        raise ValueError(f"{name} has no rows")
     if row_shape is not None and data.shape[1:] != row_shape:
         raise ValueError(f"{name} has rows of shape {data.shape[1:]}, not {row_shape}")
     if data.is_virtual or data.external:
@@ -68,6 +76,13 @@ def check_dataset(
         raise ValueError(f"{name} has pieces of more than {MAX_CHUNK_BYTES} bytes")
     if data.id.get_num_chunks() != _n_chunks(data):
         raise ValueError(f"{name} declares more than it holds")
+
+
+def check_images(file: h5py.Group, name: str) -> None:
+    """Raise ValueError unless a dataset is of images, (n, height, width, 3) uint8, in the file."""
+    check_dataset(file, name, np.dtype("u1"), None)
+    height, width, *_ = file[name].shape[1:]
+    check_dataset(file, name, np.dtype("u1"), (height, width, 3))
 
 
 def check_sizes(file: h5py.Group, names: Iterable[str]) -> None:

@@ -56,17 +56,15 @@ class AppendOnlyFile:
         self._is_empty = False  # begun here, and holds no action yet?
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
         self._in_doubt = False  # was an append interrupted, perhaps after it was done?
-        self._held = ExitStack()  # released in reverse: first the hidden files, then the lock
-        try:
-            self._held.enter_context(write_lock(path))
-        except OutputError as error:
-            raise RecordingError(str(error)) from error
-        self._held.callback(self._discard_copies)
-        self._held.callback(self._undo_if_empty)
-        self._discard_copies()
-        if self._before.exists():  # left by a killed process
-            self._is_empty = self._n_transitions() == 0
-            self._undo_if_empty()
+        with ExitStack() as held:  # released in reverse: first the hidden files, then the lock
+            try:
+                held.enter_context(write_lock(path))
+            except OutputError as error:
+                raise RecordingError(str(error)) from error
+            self._recover()
+            held.callback(self._discard_copies)
+            held.callback(self._undo_if_empty)
+            self._held = held.pop_all()
 
     def create(self, header: Header, command_size: int, camera: Camera) -> None:
         """Begin an empty recording in place of whatever was there.
@@ -87,14 +85,13 @@ class AppendOnlyFile:
     def append(self, batch: Batch) -> None:
         """Add rows; raises RecordingError if that fails, with the visible file unchanged."""
         with self._all_or_nothing():
-            if self._in_doubt and self._has_steps_of(batch):
-                return
-            self._in_doubt = True
-            self._catch_up()
-            self._write(batch)
-            with self._hidden.open("rb") as written:
-                os.fsync(written.fileno())
-            self._behind = batch if self._swap() else None
+            if not (self._in_doubt and self._has_steps_of(batch)):
+                self._in_doubt = True
+                self._catch_up()
+                self._write(batch)
+                with self._hidden.open("rb") as written:
+                    os.fsync(written.fileno())
+                self._behind = batch if self._swap() else None
             self._in_doubt = False
             if self._is_empty and len(batch.transitions):
                 self._is_empty = False
@@ -103,6 +100,13 @@ class AppendOnlyFile:
     def close(self) -> None:
         """Remove the hidden files and let others write."""
         self._held.close()
+
+    def _recover(self) -> None:
+        """Tidy up after a killed process."""
+        self._discard_copies()
+        if self._before.exists():
+            self._is_empty = self._n_transitions() == 0
+            self._undo_if_empty()
 
     def _back_up(self) -> None:
         """Give what was there a second name."""
@@ -127,6 +131,13 @@ class AppendOnlyFile:
                 return len(file["transitions"])
         except FileNotFoundError:
             return 0
+        except (OSError, KeyError) as error:
+            if self._visible.samefile(self._before):  # still what was there
+                return 1
+            raise RecordingError(
+                f"{self.path} is no recording, and {self._before} is what a killed process was "
+                "to replace: move one of them away"
+            ) from error
 
     def _has_steps_of(self, batch: Batch) -> bool:
         """Whether the rows of an append that was interrupted are in the visible file."""

@@ -120,7 +120,8 @@ def judge(
     ]
     if minimum is not None:
         mean = summary.score.mean
-        detail = f"{mean:.4f}, at least {minimum} required"
+        is_clear = (round(mean, 4) >= minimum) == (mean >= minimum)
+        detail = f"{f'{mean:.4f}' if is_clear else mean}, at least {minimum} required"
         checks.append(Check("minimum", mean >= minimum, detail))
     comparison = None if baseline is None else compare(results, baseline)
     if comparison is not None:

@@ -5,6 +5,7 @@ import signal
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -83,6 +84,21 @@ def test_stop_ends_the_running_job(write_spec: WriteSpec, tmp_path: Path) -> Non
         processes.do(job, lambda done, busy="": None)
     with Recording(job.out) as recording:  # whole, as far as it came
         assert not recording.ended
+
+
+def test_job_that_starts_while_all_are_stopped_ends(
+    write_spec: WriteSpec, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    processes, start = Processes(tmp_path / "logs"), Processes._process
+
+    def start_late(log: Any) -> Any:
+        process = start(log)
+        processes.stop()  # does not know of it yet
+        return process
+
+    monkeypatch.setattr(processes, "_process", start_late)
+    with pytest.raises(WorkerLostError, match="SIGKILL"):
+        processes.do(a_play(write_spec, steps=100_000_000), lambda done, busy="": None)
 
 
 def test_process_ends_with_its_parent(write_spec: WriteSpec, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from real_bench.errors import ExperimentError
 from real_bench.experiments import Spec, read_spec
 from real_bench.experiments.job_state import JobState, state_of
 from real_bench.experiments.plan import ExperimentPlan
+from real_bench.experiments.running import Experiment
 from real_bench.experiments.scores import rows_of
 from real_bench.experiments.table import cells, json_table, latex_table, markdown_table, notes
 from real_bench.goal_sets import generate_goal_set, save_goal_set
@@ -65,6 +66,20 @@ def test_incomplete_repeat_does_not_count(drawn: Spec) -> None:
     left = ExperimentPlan(drawn).pending()
     assert [job.name for job in left.scorings][:1] == ["real_r-OM-1-seed1-few"]
     assert [job.name for job in left.plays] == ["random-1-seed0", "random-1-seed1"]
+
+
+def test_finished_tests_are_made_again_with_their_play_or_it_is_refused(drawn: Spec) -> None:
+    kept = keep(drawn, repeat=0)
+    left = ExperimentPlan(drawn).pending()
+    assert "random-1-seed0" in [job.name for job in left.plays]  # for another cell
+    assert [job.out for job in left.outdated] == [kept]
+    with pytest.raises(
+        ExperimentError, match=r"random-1-seed0 must be played again, .*--overwrite"
+    ):
+        Experiment(drawn).check(left)
+    left = ExperimentPlan(drawn).pending(overwrite=True)
+    assert kept in [job.out for job in left.scorings]
+    assert not left.outdated
 
 
 def test_play_that_no_test_needs_is_not_made(drawn: Spec) -> None:

@@ -51,6 +51,11 @@ def test_two_processes_give_the_same_as_one(
     assert scores(Path("one")) == scores(Path("two")) == scores(Path("again"))
 
 
+def test_first_failure_is_told_not_what_follows_from_it(face_goals: FaceGoals) -> None:
+    with pytest.raises(ControllerError, match=r"goal 0: .*the first reason"):
+        face_goals(toy("faulty:FailsTwice"), n_trials=1)
+
+
 def test_another_seed_gives_other_actions(face_goals: FaceGoals) -> None:
     one, other = (face_goals("real_r", seed=seed, out=str(seed), n_trials=1) for seed in (0, 1))
     assert one.trials[0].actions_sha256 != other.trials[0].actions_sha256

@@ -130,3 +130,13 @@ def test_part_of_a_play_is_for_those_who_learn_from_recordings(place: Path) -> N
     assert (setting.learned, setting.run_steps) == (None, 1000)
     play = read_played(place / "run.h5")
     assert "--run-steps 1000 " in read_tested(place / "score.json", [play]).command
+
+
+def test_who_learns_from_recordings_is_not_tested_as_made(place: Path) -> None:
+    """It would learn all the same, and nothing in its result would say whether it did."""
+    learns = "\n    def use_experience(self, experience):\n        self.learned = 1.0\n"
+    (place / "learner.py").write_text(LEARNER + learns)
+    for part in ((), ("--run-steps", "1000")):
+        refused = realbench(place, "extrinsic", *TEST, *part, "--as-made", code=1).stderr
+        assert "learns from run.h5 (use_experience), so it is never tested as made" in refused
+    assert not (place / "score.json").exists()

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from real_bench.errors import RealBenchError
+from real_bench.errors import Interrupted, RealBenchError
 from real_bench.files import OutputError
 from real_bench.naming import shareable_name
 from real_bench.recording import Recording
@@ -99,3 +99,14 @@ def test_recording_is_overwritten_only_on_request(play: Play) -> None:
     assert Path("run.h5").read_bytes() == before
     with Recording(play("real_r", 1500, overwrite=True)) as recording:
         assert recording.n_steps == 1500
+
+
+def test_play_that_is_stopped_before_its_first_action_leaves_what_was_there(play: Play) -> None:
+    path = play("real_r", 1000)
+    before = path.read_bytes()
+    with pytest.raises(Interrupted, match="stopped before the first action: nothing was recorded"):
+        play(toy("faulty:StoppedEarly"), 3000, overwrite=True)
+    assert path.read_bytes() == before
+    with pytest.raises(Interrupted, match="stopped before the first action"):
+        play(toy("faulty:StoppedEarly"), 3000, out="new.h5")
+    assert not path.with_name("new.h5").exists()

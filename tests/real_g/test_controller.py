@@ -212,3 +212,13 @@ def test_a_play_too_short_to_learn_from_can_be_tested(builtin_scene: Scene, tmp_
         *("real_g", CONDITIONS[0], builtin_scene, goals, 0, 1000, path), settings=SMALL
     )
     assert ExtrinsicPhase(plan, 1, tmp_path / "score.json").run(ignore).is_complete
+
+
+def test_part_of_a_play_without_a_whole_action_is_declined(
+    builtin_scene: Scene, tmp_path: Path
+) -> None:
+    path = play(builtin_scene, CONDITIONS[0], tmp_path / "short.h5", 1500)
+    controller = made(builtin_scene, CONDITIONS[0])
+    controller.use_experience(Experience(path, CONDITIONS[0], 500))
+    with pytest.raises(ControllerError, match="--run"):
+        controller.start_extrinsic_phase()

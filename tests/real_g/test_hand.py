@@ -80,6 +80,13 @@ def test_cut_actions_and_rests_have_no_numbers(deed: Primitive) -> None:
     assert deed.parameters(deed.rest()) is None
 
 
+def test_several_macros_in_one_action_are_no_push() -> None:
+    one, other = drawn(PUSH, 2)
+    steps = np.array([PUSH.steps - 501, 500, 1])
+    action = Action(np.array([one, other, one]), steps, np.zeros(3, bool))
+    assert PUSH.parameters(action) is None
+
+
 @pytest.mark.parametrize("deed", DEEDS)
 def test_path_begins_and_ends_where_its_numbers_say(deed: Primitive) -> None:
     numbers = drawn(deed, 1)[0]

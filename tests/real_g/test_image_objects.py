@@ -3,6 +3,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ Array = NDArray[np.float64]
 LOW, HIGH = np.array([-0.25, -0.5]), np.array([0.25, 0.5])
 METRES_A_PIXEL = 0.005
 DISTANCE = 8.0
+NEAREST = cv2.INTER_NEAREST
 
 
 def xy_of(pixels: Array) -> Array:
@@ -155,3 +157,40 @@ def test_no_object_is_known_before_anything_moved() -> None:
     assert objects.n_objects == 0
     assert objects.rows().shape == (6, 0, 3)
     assert objects.look(image).shape == (0, 3)
+
+
+@pytest.mark.parametrize("share", [0.5, 2.0])
+def test_rows_do_not_depend_on_how_large_images_are(
+    learned: tuple[ImageObjects, Array], share: float
+) -> None:
+    """A camera of another resolution sees the same things at the same places."""
+    height, width = int(240 * share), int(320 * share)
+    objects = ImageObjects(LOW, HIGH)
+    depth = np.full((height, width), 1 - 1 / DISTANCE)
+    for pixels, path in play(300):
+        image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
+        objects.see(image, depth)
+        objects.act(path)
+    rows, truth = objects.rows(), learned[1]
+    assert rows.shape == (len(truth), 2, 3)
+    errors = np.linalg.norm(rows[:, :, :2] - truth[:, order_of(rows, truth)], axis=2)
+    assert np.median(errors) < 0.015
+    np.testing.assert_allclose(rows[:, :, 2].mean(), learned[0].rows()[:, :, 2].mean(), rtol=0.1)
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+def test_a_given_map_serves_images_of_any_size(share: float) -> None:
+    """The middle of the image is where a map without an offset says 0, 0."""
+    height, width = int(240 * share), int(320 * share)
+    scale = METRES_A_PIXEL / share / DISTANCE
+    objects = ImageObjects(LOW, HIGH, np.array([[0.0, 0.0], [0.0, scale], [scale, 0.0]]))
+    depth = np.full((height, width), 1 - 1 / DISTANCE)
+    for pixels, path in play(40):
+        image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
+        objects.see(image, depth)
+        objects.act(path)
+    pixels = pixels_of(np.array([[0.0, 0.0], [0.12, -0.3]]))
+    image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
+    found = objects.look(image)[:, :2]
+    away = np.linalg.norm(found[:, None] - xy_of(pixels), axis=2)
+    assert away.min(axis=1).max() < 0.01

@@ -113,6 +113,18 @@ def point_nowhere(file: h5py.File) -> None:
     file["transitions"][:] = rows
 
 
+def swap_the_commands(file: h5py.File) -> None:
+    rows = file["transitions"][()]
+    rows["first_command"] = rows["first_command"][::-1]
+    file["transitions"][:] = rows
+
+
+def begin_before_the_play(file: h5py.File) -> None:
+    rows = file["transitions"][()]
+    rows["first_step"] -= 1
+    file["transitions"][:] = rows
+
+
 def forget_the_seed(file: h5py.File) -> None:
     del file.attrs["seed"]
 
@@ -135,6 +147,8 @@ def use_an_unknown_condition(file: h5py.File) -> None:
         lose_the_poses,
         count_a_step_more,
         point_nowhere,
+        swap_the_commands,
+        begin_before_the_play,
         forget_the_seed,
         garble_the_versions,
     ],
@@ -168,3 +182,28 @@ def test_damaged_image_is_reported_with_its_file(cut_path: Path, tmp_path: Path)
         raw.write(b"\xff" * 64)
     with pytest.raises(RecordingError, match=str(path)):
         Experience(path, Condition.parse("OM")).image_before(0)
+
+
+CLOSED: list[Callable[[Recording], object]] = [
+    lambda run: run.has_poses,
+    lambda run: run.object_poses,
+    lambda run: run.displacements(),
+    lambda run: run.logged,
+    lambda run: run.images(),
+    lambda run: run.image_shape,
+    lambda run: run.states,
+    lambda run: run.commands(),
+    lambda run: run.parts,
+    lambda run: run.controller_state(),
+    lambda run: run[0],
+]
+
+
+@pytest.mark.parametrize("ask", CLOSED)
+def test_a_closed_recording_says_that_it_is_closed(
+    ask: Callable[[Recording], object], cut_path: Path
+) -> None:
+    with Recording(cut_path) as recording:
+        pass
+    with pytest.raises(RecordingError, match="is closed"):
+        ask(recording)

@@ -204,6 +204,58 @@ def test_interrupted_write_can_be_repeated(
     assert same_rows(file.path, cut_path)
 
 
+@pytest.mark.parametrize("is_overwritten", [True, False])
+def test_write_that_is_interrupted_when_it_is_done_stays(
+    cut_path: Path,
+    scene: Scene,
+    header: Header,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    is_overwritten: bool,
+) -> None:
+    path = tmp_path / "run.h5"
+    if is_overwritten:
+        path.write_bytes(cut_path.read_bytes())
+    file = begun(path, header, scene)
+    swap = file._swap
+
+    def swap_and_interrupt() -> bool:
+        swap()
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(file, "_swap", swap_and_interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        file.append(batch_of(cut_path, 0, 2))
+    file.append(batch_of(cut_path, 0, 2))
+    file.close()
+    assert list(tmp_path.iterdir()) == [path]
+    with Recording(path) as recording:
+        assert len(recording) == 2
+
+
+def test_what_is_no_recording_can_be_overwritten_after_a_kill(
+    cut_path: Path, scene: Scene, header: Header, tmp_path: Path
+) -> None:
+    path = tmp_path / "run.h5"
+    path.write_text("notes")
+    path.with_name(".run.h5.before").hardlink_to(path)  # killed before it was replaced
+    file = begun(path, header, scene)
+    file.close()
+    assert path.read_text() == "notes"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_unclear_leftovers_are_kept_and_reported(tmp_path: Path) -> None:
+    path, before = tmp_path / "run.h5", tmp_path / ".run.h5.before"
+    path.write_text("notes")
+    before.write_text("other notes")
+    for _ in range(2):  # and the file is not locked afterwards
+        with pytest.raises(RecordingError, match="move one of them away"):
+            AppendOnlyFile(path)
+    assert (path.read_text(), before.read_text()) == ("notes", "other notes")
+
+
 def stop(writer: subprocess.Popen[str]) -> None:
     writer.terminate()
     _, message = writer.communicate()

@@ -29,6 +29,13 @@ def test_minimum_is_compared_with_the_mean(minimum: float | None, passed: bool) 
     assert verdict.passed is passed
 
 
+@pytest.mark.parametrize("short", [1e-4, 1e-5, 1e-9])
+def test_a_minimum_that_is_missed_does_not_look_reached(short: float) -> None:
+    (check,) = [each for each in judge([NEAR], 0.5 + short).checks if each.name == "minimum"]
+    shown, wanted = check.detail.split(", at least ")
+    assert float(shown) < float(wanted.split()[0])
+
+
 def test_worse_than_the_baseline_fails_and_better_passes() -> None:
     assert not judge([FAR], baseline=[NEAR]).passed
     assert judge([NEAR], baseline=[FAR]).passed

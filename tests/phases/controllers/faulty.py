@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
 import threading
 from typing import Any
@@ -188,3 +189,25 @@ class NoBasePolicy:
 
     def step(self, observation: Any, reward: float, done: bool) -> Any:
         return {"macro_action": MACRO}
+
+
+class FailsTwice(Controller):
+    """In a trial, and again when it is told that the tests are over."""
+
+    learns_across_trials = True
+
+    def next_action(self, observation: Any) -> Any:
+        raise ValueError("the first reason")
+
+    def end_extrinsic_phase(self) -> None:
+        raise ValueError("the second reason")
+
+
+class StoppedEarly(Controller):
+    """Ctrl-C is pressed while it gets ready."""
+
+    def start_intrinsic_phase(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    def next_action(self, observation: Any) -> Any:
+        return Action.macro(MACRO)

@@ -178,6 +178,33 @@ def giant_state(file: h5py.File, secret: Path) -> None:
     file["controller_state"].create_dataset("0", (2**40,), "f8", chunks=(1024,))
 
 
+def images_in_another_file(file: h5py.File, secret: Path) -> None:
+    del file["images"]
+    file["images"] = h5py.ExternalLink(secret.with_name("nowhere.h5"), "images")
+
+
+def images_that_are_a_group(file: h5py.File, secret: Path) -> None:
+    del file["images"]
+    file.create_group("images")
+
+
+def state_in_another_file(file: h5py.File, secret: Path) -> None:
+    _state(file, '{"a": {"__kept_as__": "array", "number": 0}}', None)
+    link = h5py.ExternalLink(secret.with_name("nowhere.h5"), "0")
+    file["controller_state"]["0"] = link
+
+
+def state_of_groups(file: h5py.File, secret: Path) -> None:
+    _state(file, '{"a": {"__kept_as__": "array", "number": 0}}', None)
+    file["controller_state"].create_group("0")
+
+
+def packed_state(file: h5py.File, secret: Path) -> None:
+    _state(file, '{"a": {"__kept_as__": "array", "number": 0}}', None)
+    zeros = {"data": np.zeros(2**24), "chunks": (2**24,), **hdf5plugin.Zstd()}
+    file["controller_state"].create_dataset("0", **zeros)
+
+
 def _state(file: h5py.File, structure: str, array: Any) -> None:
     del file["controller_state"]
     group = file.create_group("controller_state")
@@ -210,6 +237,11 @@ HDF5: list[Alter] = [
     state_of_objects,
     deep_state,
     giant_state,
+    images_in_another_file,
+    images_that_are_a_group,
+    state_in_another_file,
+    state_of_groups,
+    packed_state,
 ]
 
 
@@ -259,6 +291,19 @@ def test_hdf5(
     assert "\n" not in str(caught.value)
     assert "MemoryError" not in str(caught.value)
     assert "allocate" not in str(caught.value)
+
+
+@pytest.mark.parametrize("alter", [images_in_another_file, state_in_another_file])
+def test_links_are_refused_unfollowed(
+    honest: Path, secret: Path, tmp_path: Path, alter: Alter
+) -> None:
+    """What a link leads to may be a pipe that nobody writes into."""
+    path = tmp_path / "altered.h5"
+    copyfile(honest, path)
+    with h5py.File(path, "r+") as file:
+        alter(file, secret)
+    with pytest.raises(RecordingError, match="is not a dataset of the file"):
+        read_all(path)
 
 
 YAML = {
