@@ -141,6 +141,17 @@ def is_ignored(path: Path) -> bool:
     )
 
 
+def ignored_paths(folder: Path) -> Iterator[Path]:
+    """What does not count in a controller's folder, except links; nothing that is within it."""
+    for path in sorted(folder.iterdir()):
+        if path.is_symlink():
+            continue
+        if is_ignored(path):
+            yield path
+        elif path.is_dir():
+            yield from ignored_paths(path)
+
+
 def _walk(folder: Path) -> Iterator[Path]:
     for path in sorted(folder.iterdir()):
         if is_ignored(path):

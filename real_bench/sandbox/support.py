@@ -184,17 +184,19 @@ def bubblewrap_options(visible: VisibleFiles, site: Site) -> list[str]:
 
 
 def _visible_paths(visible: VisibleFiles) -> Iterator[Path]:
-    """What is visible, without the folders hidden in it."""
-    for path in (*visible.shared, *visible.own):
-        yield from _excluding(path, [hidden for hidden in visible.hidden if path != hidden])
+    """What is visible, without the folders hidden in it, where it really is."""
+    for path in {path.resolve(): None for path in (*visible.shared, *visible.own)}:
+        yield from _excluding(path, [hidden.resolve() for hidden in visible.hidden])
 
 
 def _excluding(path: Path, hidden: list[Path]) -> Iterator[Path]:
+    """Leave out links: a rule would hold for what they lead to."""
     if path in hidden:
         return
     if any(one.is_relative_to(path) for one in hidden):
         for part in path.iterdir():
-            yield from _excluding(part, hidden)
+            if not part.is_symlink():
+                yield from _excluding(part, hidden)
     else:
         yield path
 

@@ -11,7 +11,13 @@ from pathlib import Path
 
 from real_bench.benchmark_files import is_benchmark_file
 from real_bench.errors import ControllerError
-from real_bench.source import OURS, ControllerSource, is_ignored, module_location
+from real_bench.source import (
+    OURS,
+    ControllerSource,
+    ignored_paths,
+    is_ignored,
+    module_location,
+)
 
 SYSTEM = (
     "/usr",
@@ -91,6 +97,7 @@ def visible_files(
         other_roots = () if _within(source.place, shared) else (source.place.parent,)
         return VisibleFiles((source.place,), shared, hidden, (*_user_site(), *other_roots))
     secret = [path for path in source.files() if is_benchmark_file(path)]
+    secret += ignored_paths(source.place)  # not hashed, so not part of what was handed in
     kept = [path.resolve() for path in secrets if path.exists()]
     secret += [path for path in kept if path != source.file and _within(path, [source.place])]
     entries = (path for path in sorted(source.place.iterdir()) if not is_ignored(path))

@@ -15,9 +15,12 @@ from typing import Any
 import pytest
 
 import real_bench
+from real_bench.benchmark_files import RESULT
 from real_bench.errors import ControllerError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.sandbox import SandboxBackend, SandboxSupport
+from real_bench.sandbox.support import _visible_paths
+from real_bench.sandbox.visible_files import VisibleFiles
 from tests.sandbox.attacks.spy import ATTACKS
 from tests.sandbox.conftest import LIMITS, Face, Play
 
@@ -154,3 +157,56 @@ NEEDS_MORE = {
     "change_our_code",
     "change_installed_packages",
 }
+
+
+PEEPS = """
+import json
+import pathlib
+from real_bench.controller import Controller
+
+class Peeps(Controller):
+    def start_extrinsic_phase(self):
+        got = {}
+        for path in PATHS:
+            try:
+                if text := pathlib.Path(path).read_text():
+                    got[path] = text
+            except OSError:
+                pass
+        raise ValueError("loot " + json.dumps(got))
+
+    def next_action(self, observation):
+        raise NotImplementedError
+"""
+
+
+def test_links_and_what_is_not_hashed_are_out_of_reach(
+    support: SandboxSupport, tmp_path: Path, face_goals: Face
+) -> None:
+    """A link below a folder in which something is hidden; code and data that no hash covers."""
+    (private := tmp_path / "private").mkdir()
+    (private / "file").write_text("secret")
+    package = tmp_path / "mine" / "package"
+    (package / "__pycache__").mkdir(parents=True)
+    (package / "link").symlink_to(private)
+    (package / "score.json").write_text(json.dumps({"format": RESULT}))
+    (package / "hashed.txt").write_text("hashed")
+    (package / ".weights").write_text("not hashed")
+    (package / "__pycache__" / "helper.pyc").write_text("not hashed")
+    names = ("link/file", "score.json", "hashed.txt", ".weights", "__pycache__/helper.pyc")
+    paths = [*(str(package / name) for name in names), str(private / "file")]
+    code = tmp_path / "mine" / "peeps.py"
+    code.write_text(f"PATHS = {paths!r}\n{PEEPS}")
+    with pytest.raises(ControllerError) as caught:
+        face_goals(str(code), backend=SandboxBackend((), LIMITS, support))
+    assert loot(str(caught.value)) == {str(package / "hashed.txt"): "hashed"}
+
+
+def test_a_link_does_not_show_what_is_hidden_in_the_folder_it_leads_to(tmp_path: Path) -> None:
+    """As lib64 leads to lib in a virtual environment."""
+    (tmp_path / "lib" / "goals").mkdir(parents=True)
+    (tmp_path / "lib" / "package").mkdir()
+    (tmp_path / "lib64").symlink_to("lib")
+    shared = (tmp_path, tmp_path / "lib64", tmp_path / "lib64" / "goals")
+    visible = VisibleFiles((), shared, (tmp_path / "lib" / "goals",))
+    assert list(_visible_paths(visible)) == [tmp_path / "lib" / "package"] * 2
