@@ -82,7 +82,8 @@ def pair_distances(
             f"pairs need at least 2 states, and as many positions, not {len(states)} "
             f"and {len(positions)}"
         )
-    first, second = random.integers(len(states), size=(2, n_pairs))
+    first = random.integers(len(states), size=n_pairs)
+    second = (first + random.integers(1, len(states), size=n_pairs)) % len(states)  # another one
     flat = positions.reshape(len(positions), -1)
     return PairDistances(
         np.linalg.norm(states[first] - states[second], axis=1),

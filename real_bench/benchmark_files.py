@@ -19,6 +19,8 @@ def is_benchmark_file(path: Path) -> bool:
 
     Only bytes are looked at, no library opens the file; so a malicious file can do no harm.
     """
+    if not path.is_file():  # a pipe would wait for its writer
+        return False
     try:
         with path.open("rb") as file:
             first = file.read(FIRST_BYTES)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from itertools import cycle
 from pathlib import Path
 from typing import Any, NoReturn
@@ -17,6 +19,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, SceneError
 from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.numeric import short
 from real_bench.observation import Observation
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
@@ -96,7 +99,12 @@ class RealEnv(OneWorldEnv):
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Begin in a fresh world; ``options={"goal": k}`` picks the k-th goal."""
+        """Begin in a fresh world, with the next goal where there are goals.
+
+        Args:
+            seed: begins with the first goal again.
+            options: ``{"goal": k}`` picks the k-th goal.
+        """
         super().reset(seed=seed)
         if seed is not None and self._goal_set is not None:
             self._next_goals = cycle(self._goal_set.goals)
@@ -137,13 +145,15 @@ class RealEnv(OneWorldEnv):
 
     def _choose_goal(self, options: Mapping[str, Any]) -> Goal | None:
         if self._goal_set is None:
+            if "goal" in options:
+                raise RealBenchError("there is no goal to choose from: give the environment goals")
             return None
         if "goal" in options:
             number, n_goals = options["goal"], len(self._goal_set)
-            if number not in range(n_goals):
-                raise RealBenchError(f"goal must be 0 to {n_goals - 1}, not {number!r}")
-            chosen: Goal = self._goal_set.goals[number]
-            return chosen
+            with suppress(TypeError):
+                if 0 <= (k := operator.index(number)) < n_goals:
+                    return self._goal_set.goals[k]
+            raise RealBenchError(f"goal must be 0 to {n_goals - 1}, not {short(number)}")
         return next(self._next_goals)
 
     def _info(self, truncated: bool) -> dict[str, Any]:

@@ -26,18 +26,25 @@ class OutputError(RealBenchError):
     """A file that cannot be written, or must not be."""
 
 
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that it is either complete or, after any failure, unchanged."""
-    with atomic_replacement(path) as hidden, hidden.open("wb") as file:
+def write_atomically(path: Path, content: bytes, *, is_secret: bool = False) -> None:
+    """Write a file so that it is either complete or, after any failure, unchanged.
+
+    Args:
+        path: the file.
+        content: all of it.
+        is_secret: let nobody else read it, at any moment.
+    """
+    with atomic_replacement(path, is_secret=is_secret) as hidden, hidden.open("wb") as file:
         file.write(content)
 
 
 @contextmanager
-def atomic_replacement(path: Path) -> Iterator[Path]:
+def atomic_replacement(path: Path, *, is_secret: bool = False) -> Iterator[Path]:
     """An empty hidden file that replaces a file once it is written.
 
-    After any failure the file is unchanged. It keeps its mode (a new one follows the umask); hard
-    links to it keep the old content. A symbolic link to a file stays a link.
+    After any failure the file is unchanged. It keeps its mode (a new one follows the umask) unless
+    it is secret, when only its owner may read it; hard links to it keep the old content. A symbolic
+    link to a file stays a link.
 
     Raises:
         OutputError: it cannot be written, or exists and is not a file.
@@ -48,9 +55,10 @@ def atomic_replacement(path: Path) -> Iterator[Path]:
             raise OutputError(f"{path} is {_describe_kind(status)}, not a file")
         real = real_path(path)
         hidden = real.with_name(f".{uuid4().hex[:12]}{real.suffix}")
-        os.close(os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600 if status else 0o666))
+        mode = 0o600 if status or is_secret else 0o666
+        os.close(os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
         try:
-            if status is not None:
+            if status is not None and not is_secret:
                 hidden.chmod(stat.S_IMODE(status.st_mode))
             yield hidden
             with hidden.open("rb") as written:

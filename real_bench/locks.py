@@ -24,11 +24,11 @@ HELD = (errno.EWOULDBLOCK, errno.EACCES)
 
 
 @contextmanager
-def write_lock(path: Path, *, wait_while: str = "") -> Iterator[None]:
+def write_lock(path: Path, *, wait_while: str = "") -> Iterator[bool]:
     """Be the only process that writes a file.
 
     The lock dies with the process that holds it. If the file system has no locks, a warning is
-    logged and the file is written without one.
+    logged and the file is written without one: then False is given, otherwise True.
 
     Args:
         path: of the file.
@@ -51,10 +51,10 @@ def write_lock(path: Path, *, wait_while: str = "") -> Iterator[None]:
         _logger.warning(
             "%s is on a file system without locks: no other process must write it now", path
         )
-        yield
+        yield False
         return
     try:
-        yield
+        yield True
     finally:
         lock.unlink(missing_ok=True)
         os.close(handle)
@@ -115,8 +115,9 @@ def temporary_folder(prefix: str) -> Iterator[Path]:
         with suppress(OSError, OutputError):
             found = leftover.lstat()
             if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid():
-                with write_lock(leftover):  # refused if it is still in use
-                    _remove(leftover)
+                with write_lock(leftover) as is_unused:  # refused if it is in use
+                    if is_unused:
+                        _remove(leftover)
     folder = place / f"{prefix}{uuid4().hex}"
     with write_lock(folder):
         try:

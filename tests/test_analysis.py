@@ -50,6 +50,16 @@ def test_near_pairs_are_those_in_the_range() -> None:
     assert pairs.within(*analysis.NEAR_M).latent.tolist() == [1, 2]
 
 
+@given(st.integers(2, 5), st.integers(0, 100))
+def test_no_state_is_paired_with_itself(n: int, seed: int) -> None:
+    """Which would make any codes follow distances."""
+    places = np.arange(n, dtype=np.float64)
+    pairs = analysis.pair_distances(
+        places[:, None], places[:, None, None], 50, np.random.default_rng(seed)
+    )
+    assert (pairs.real > 0).all()
+
+
 def test_pairs_need_two_states_and_their_positions() -> None:
     random = np.random.default_rng(0)
     for n_states, n_positions in ((1, 1), (3, 2)):

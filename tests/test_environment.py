@@ -17,7 +17,7 @@ from gymnasium.utils.env_checker import check_env
 
 import real_bench
 from real_bench.conditions import CONDITION_NAMES, ConditionError
-from real_bench.errors import ActionError, SceneError
+from real_bench.errors import ActionError, RealBenchError, SceneError
 from real_bench.goal_sets import GoalSet, generate_goal_set, save_goal_set
 from real_bench.simulation import Scene, Simulation
 from real_bench.simulation.bullet import pybullet
@@ -202,3 +202,39 @@ def test_environment_made_from_paths_survives_its_spec(goals: GoalSet, tmp_path:
     assert np.array_equal(env.reset()[0]["goal"], again.reset()[0]["goal"])
     env.close()
     again.close()
+
+
+def test_a_closed_world_does_not_show_another_one() -> None:
+    """pybullet gives the number of a closed world to the next one."""
+    closed = real_bench.make_env(scene="builtin", render_mode="rgb_array")
+    closed.reset()
+    simulation = closed._task.simulation
+    closed.close()
+    other = real_bench.make_env(scene="builtin", objects=3)
+    other.reset()
+    for ask in (
+        closed.render,
+        simulation.joint_positions,
+        simulation.touch_sensors,
+        simulation.contacts,
+        simulation.image,
+    ):
+        with pytest.raises(SceneError, match="is closed"):
+            ask()
+    other.close()
+
+
+@pytest.mark.parametrize("goal", [1.0, "1", None, -1, 2, np.array([0, 1])])
+def test_goals_are_chosen_by_their_numbers(goals: GoalSet, goal: Any) -> None:
+    env = real_bench.make_env(scene="builtin", objects=2, goals=goals)
+    with pytest.raises(RealBenchError, match="goal must be 0 to 1"):
+        env.reset(options={"goal": goal})
+    env.reset(options={"goal": np.int64(1)})
+    env.close()
+
+
+def test_a_goal_needs_goals() -> None:
+    env = real_bench.make_env(scene="builtin")
+    with pytest.raises(RealBenchError, match="give the environment goals"):
+        env.reset(options={"goal": 0})
+    env.close()

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
-from real_bench.cli.printing import warnings_only
+from real_bench.cli.printing import say, warnings_only
 
 if TYPE_CHECKING:
     from real_bench.phases.checking import Finding
@@ -129,12 +129,12 @@ def _show(
     found: Mapping[str, Sequence[Finding]], hidden_names: Sequence[str], commands: Sequence[str]
 ) -> None:
     for name, findings in found.items():
-        click.echo(f"{name}:")
+        say(f"{name}:")
         for finding in findings:
-            click.echo(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.detail}")
+            say(f"  {'ok' if finding.good else 'NO':3} {finding.what:8} {finding.detail}")
     if hidden_names:
-        click.echo(f"hidden from an isolated controller: {', '.join(hidden_names)}")
+        say(f"hidden from an isolated controller: {', '.join(hidden_names)}")
     if commands:
-        click.echo("play and test it with:")
+        say("play and test it with:")
         for command in commands:
-            click.echo(f"  {command}")
+            say(f"  {command}")

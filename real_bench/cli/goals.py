@@ -153,10 +153,14 @@ def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene
     goal_set, opened = load_goal_set(file), read_opening(opening)
     opened.check(goal_set, commitment)
     if redraw:
-        with ProgressDisplay("drawing goals", "goals", len(goal_set)) as display:
-            same = is_reproduced(
-                goal_set, opened, load_scene(scene), lambda n_done, _: display.update(n_done)
+        loaded = load_scene(scene)
+        if loaded.sha256 != goal_set.scene_sha256:
+            raise GoalSetError(
+                f"{file} was made in scene {goal_set.scene} ({goal_set.scene_sha256[:12]}), not in "
+                f"this {loaded.name} ({loaded.sha256[:12]}): give its own with --scene"
             )
+        with ProgressDisplay("drawing goals", "goals", len(goal_set)) as display:
+            same = is_reproduced(goal_set, opened, loaded, lambda n_done, _: display.update(n_done))
         if not same:
             raise GoalSetError(
                 f"{file} matches the commitment, but seed {opened.seed} draws different goals here "
@@ -222,10 +226,8 @@ def _generate_secret(
         goal_set, opening = draw_secret_goals(
             scene, n_objects, counts, lambda n_done, _: display.update(n_done)
         )
-    save_goal_set(goal_set, out)
-    write_atomically(kept, opening.to_json().encode())
-    for path in (out, kept):
-        path.chmod(0o600)
+    write_atomically(kept, opening.to_json().encode(), is_secret=True)
+    save_goal_set(goal_set, out, is_secret=True)
     _report(goal_set, out)
     say(f"{kept}: seed and salt; keep it and the goals secret until they may be known")
     say(f"commitment, publish it now: {opening.commitment}")

@@ -15,6 +15,9 @@ from real_bench.naming import CONTROLLER_FILE
 OUTPUTS = ("out", "junit", "markdown")
 """The options that name a file to be written."""
 
+WRITTEN_TOO = {"evaluate": ("run",)}
+"""Other options that do so in some commands."""
+
 
 def with_inputs_kept(command: click.Command) -> click.Command:
     """Let a command refuse an output that is one of its inputs, whatever else it was told."""
@@ -31,13 +34,14 @@ def with_inputs_kept(command: click.Command) -> click.Command:
 
 
 def _check(context: click.Context) -> None:
-    """Raise UsageError if an output exists and is another file that the command was told."""
-    told = [(option, path) for option, path in _files(context) if _is_file(path)]
+    """Raise UsageError if an output is another file that the command was told."""
+    told = list(_files(context))
+    outputs = (*OUTPUTS, *WRITTEN_TOO.get(context.info_name or "", ()))
     for output, out in told:
-        if output.name not in OUTPUTS or output.metavar == "DIR":
+        if output.name not in outputs or output.metavar == "DIR":
             continue
         for other, path in told:
-            if other.name != output.name and out.samefile(path):
+            if other.name != output.name and _is_same(out, path):
                 raise click.UsageError(
                     f"{_named(output)} {out} is also {_named(other)}: give another file", context
                 )
@@ -56,10 +60,12 @@ def _files(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
                 yield parameter, each
 
 
-def _is_file(path: Path) -> bool:
-    """Whether there is such a file; a name that is too long has none."""
+def _is_same(one: Path, other: Path) -> bool:
+    """Whether two paths are of one file, or will be; a name that is too long is of none."""
     try:
-        return path.is_file()
+        if one.exists() or other.exists():
+            return one.is_file() and one.samefile(other)
+        return one.resolve() == other.resolve()
     except OSError:
         return False
 

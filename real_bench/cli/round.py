@@ -80,7 +80,9 @@ def run(
     from real_bench.competition.junit import standings_report
     from real_bench.competition.running import RoundRun
     from real_bench.competition.spec import read_competition
+    from real_bench.competition.standing import WAITING
     from real_bench.counting import counted
+    from real_bench.errors import in_short
     from real_bench.files import Output
 
     cases = None
@@ -108,11 +110,15 @@ def run(
             say(f"{failed} failed, and will not be run again without --retry")
     if cases is not None:
         cases.write(standings_report(standings_by_round, time.monotonic() - began).tostring())
-    if broken:
-        from real_bench.errors import in_short
-
-        reasons = in_short([failure.detail for failure in broken.values()])
-        say(f"realbench: through no fault of a submission: {reasons}; repeat the command", err=True)
+    reasons = [failure.detail for failure in broken.values()] or [
+        f"{standing.name} waits: {standing.detail}"
+        for standings in standings_by_round.values()
+        for standing in standings
+        if standing.status == WAITING
+    ]
+    if reasons:
+        told = f"through no fault of a submission: {in_short(reasons)}; repeat the command"
+        say(f"realbench: {told}", err=True)
         sys.exit(BROKEN)
 
 
@@ -160,5 +166,4 @@ def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
     check_output(out, overwrite=overwrite)
     for name in write_bundle(read_competition(spec), out, image):
         say(f"  {name}")
-    out.chmod(0o600)
     say(f"{out}: holds the goals; keep it secret")

@@ -136,6 +136,8 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
 
     place = folder.resolve()
     archive = out or place.with_name(f"{place.name}.zip")
+    if archive.resolve().is_relative_to(place):
+        raise click.UsageError(f"{archive} is in the folder that is packed: give another --out")
     check_output(archive, overwrite=overwrite)
     files = pack_submission(folder, archive)
     for file in files:

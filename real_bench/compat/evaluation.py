@@ -68,6 +68,7 @@ def evaluate(
 
     if not (inspect.isclass(Controller) and callable(getattr(Controller, "step", None))):
         raise ControllerError(f"a class with step() was expected, not {Controller!r}")
+    _check_lengths(intrinsic_timesteps, extrinsic_timesteps)
     if video:
         log.warning("video is ignored: to film each trial, use realbench extrinsic --video")
     condition, scene = official_condition(environment, action_type), load_scene("official")
@@ -80,6 +81,14 @@ def evaluate(
         return _run_trials(proxy, task, goals, int(extrinsic_timesteps), extrinsic_trials)
     finally:
         task.close()
+
+
+def _check_lengths(intrinsic: float, extrinsic: float) -> None:
+    for name, steps, least in (("intrinsic", intrinsic, 0), ("extrinsic", extrinsic, 1)):
+        if not (math.isfinite(steps) and steps >= least and steps % 1 == 0):
+            raise RealBenchError(
+                f"{name}_timesteps must be a whole number of at least {least}, not {steps}"
+            )
 
 
 def read_goals(path: Path, scene: Scene) -> GoalSet:

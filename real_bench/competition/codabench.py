@@ -82,7 +82,7 @@ def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> lis
         RealBenchError: a file of a round cannot be read.
     """
     files = dict(bundle_files(competition, image))
-    write_atomically(out, zip_files(files.items()))
+    write_atomically(out, zip_files(files.items()), is_secret=True)
     return list(files)
 
 

@@ -19,7 +19,7 @@ from real_bench.competition.codabench import (
 from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
-from real_bench.competition.standing import SCORED, Standing
+from real_bench.competition.standing import SCORED, WAITING, Standing
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import load_goal_set
 from real_bench.locks import temporary_folder
@@ -84,7 +84,7 @@ def score(inputs: Path, output: Path) -> None:
     output.mkdir(parents=True, exist_ok=True)
     if standing.status != SCORED:
         message = f"{standing.status}: {standing.detail}"
-        if failure != "zero":
+        if failure != "zero" or standing.status == WAITING:
             sys.exit(message)
         print(message)
         classes = map(class_key, set(load_goal_set(goals).classes))

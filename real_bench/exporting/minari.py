@@ -148,8 +148,14 @@ class _Episodes:
         if self._is_plain:
             plain: NDArray[Any] = self._table["commands"][start:stop, 0]
             return plain
-        padded = {key: self._table[key][start:stop] for key in ("commands", "n_steps")}
-        return {**padded, "line": self._table["line"][start:stop].astype(np.int8)}
+        commands, n_steps = (self._table[key][start:stop] for key in ("commands", "n_steps"))
+        is_rest = np.isnan(commands).any(axis=2)
+        return {
+            "commands": np.where(is_rest[:, :, None], 0.0, commands),
+            "n_steps": n_steps,
+            "line": self._table["line"][start:stop].astype(np.int8),
+            "rest": is_rest.astype(np.int8),
+        }
 
     def _only_whole_macros(self) -> bool:
         commands, n_steps = self._table["commands"], self._table["n_steps"]
@@ -163,6 +169,7 @@ class _Episodes:
                 "commands": spaces.Box(-np.inf, np.inf, (most, size), np.float64),
                 "n_steps": spaces.Box(0, 2**62, (most,), np.int64),
                 "line": spaces.MultiBinary(most),
+                "rest": spaces.MultiBinary(most),
             }
         )
 

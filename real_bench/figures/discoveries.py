@@ -27,7 +27,10 @@ PANELS = {
 
 
 def draw(data: FigureData) -> Drawing | None:
-    """A panel per discovery, all recordings together; periods of fewer actions only as numbers."""
+    """A panel per discovery, all recordings together.
+
+    Periods of fewer actions only as numbers; hollow for a recording that has no other.
+    """
     plays = [play for play in data.plays if len(play.displacements)]
     if not plays:
         return None
@@ -38,18 +41,26 @@ def draw(data: FigureData) -> Drawing | None:
         for number, (play, (_, rows)) in enumerate(zip(plays, tables, strict=True)):
             line_style = style.line_style(number)
             whole = np.asarray(rows["actions"]) == ACTIONS_PER_PERIOD
+            fill = line_style.colour if whole.any() else "none"
             whole |= not whole.any()
             steps = np.asarray(rows["until_step"])[whole] / style.MILLION
             form = line_style.line + (line_style.marker if len(steps) < 2 else "")
             for name, panel in zip(PANELS, panels, strict=True):
                 shares = np.asarray(rows[name])[whole]
-                drawn = panel.plot(steps, shares, form, color=line_style.colour, label=play.label)
+                drawn = panel.plot(
+                    steps,
+                    shares,
+                    form,
+                    color=line_style.colour,
+                    markerfacecolor=fill,
+                    label=play.label,
+                )
             lines += drawn
         for title, panel in zip(PANELS.values(), panels, strict=True):
             panel.set_title(title)
             style.show_steps_on_x(panel)
             panel.set_ylim(bottom=0)
-        panels[0].set_ylabel(f"share of {ACTIONS_PER_PERIOD} actions")
+        panels[0].set_ylabel("share of the actions")
         style.add_legend_below(figure, lines)
     return Drawing(figure, Numbers.stacked(tables))
 

@@ -47,7 +47,8 @@ def _draw_panels(parts: list[tuple[str, PairDistances]]) -> Drawing | None:
             style.add_colour_bar(
                 figure, _draw(panel, counts, real, latent), ax=panel, label="pairs"
             )
-            panel.set_title(f"{label}\nSpearman {pairs.spearman:.2f}, Pearson {pairs.pearson:.2f}")
+            spearman, pearson = map(_format_correlation, (pairs.spearman, pairs.pearson))
+            panel.set_title(f"{label}\nSpearman {spearman}, Pearson {pearson}")
             tables.append(({"recording": label}, _rows(counts, real, latent)))
     return Drawing(figure, Numbers.stacked(tables))
 

@@ -82,7 +82,8 @@ FIGURES = (
     ),
     FigureKind(
         "discoveries",
-        "What play discovers, and when: actions that moved an object, moved it far, left it higher",
+        "What play discovers, and when: actions that moved an object, moved it far, left it higher "
+        "(hollow: of fewer than 500 actions)",
         "a recording with an action",
         discoveries.draw,
     ),

@@ -31,8 +31,13 @@ NO_BODY_IN_PNG = 255
 _Rows = NDArray[np.void]
 
 
-def save_goal_set(goal_set: GoalSet, path: str | Path) -> None:
+def save_goal_set(goal_set: GoalSet, path: str | Path, *, is_secret: bool = False) -> None:
     """Write a goal set; the same set always gives the same bytes.
+
+    Args:
+        goal_set: the goals.
+        path: the file.
+        is_secret: let nobody else read it.
 
     Raises:
         OutputError: the file cannot be written.
@@ -51,7 +56,7 @@ def save_goal_set(goal_set: GoalSet, path: str | Path) -> None:
             row[field] = np.void(png.ljust(rows.dtype[field].itemsize, b"\0"))
     stream = io.BytesIO()
     np.save(stream, rows, allow_pickle=False)
-    write_atomically(Path(path), stream.getvalue())
+    write_atomically(Path(path), stream.getvalue(), is_secret=is_secret)
 
 
 def load_goal_set(path: str | Path) -> GoalSet:

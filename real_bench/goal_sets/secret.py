@@ -90,7 +90,7 @@ def read_opening(path: Path) -> Opening:
         raise GoalSetError(f"opening not found: {path}") from error
     except ValidationError as error:
         raise GoalSetError(f"{path} is not an opening: {faults(error)}") from error
-    except (ValueError, AttributeError, TypeError) as error:
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise GoalSetError(f"{path} is not an opening: {error}") from error
     if commitment != opening.commitment:
         raise GoalSetError(f"{path} was altered: its commitment does not match its content")

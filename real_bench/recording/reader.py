@@ -397,14 +397,11 @@ class Recording:
             self._n_poses in (None, self.n_states)
             and self.n_images in (None, self.n_states)
             and int(rows["n_steps"].sum()) == self.n_steps
-            and (rows["n_commands"] >= 0).all()
+            and (rows["n_commands"] >= 1).all()
             and int(rows["n_commands"].sum()) == self.n_commands
             and _follow_one_another(rows["first_command"], rows["n_commands"])
             and _follow_one_another(rows["first_step"], rows["n_steps"])
-            and all(
-                ((rows[name] >= 0) & (rows[name] < self.n_states)).all()
-                for name in ("precondition", "outcome")
-            )
+            and _are_in_order(rows["precondition"], rows["outcome"], self.n_states)
         )
         if not good:
             raise ValueError("its rows do not fit together")
@@ -434,3 +431,11 @@ class Recording:
 def _follow_one_another(first: NDArray[np.int64], n: NDArray[np.int64]) -> bool:
     """Whether each row begins where the one before it ended."""
     return bool(np.array_equal(first, np.cumsum(n) - n))
+
+
+def _are_in_order(before: NDArray[np.int64], after: NDArray[np.int64], n_states: int) -> bool:
+    """Whether each action leads from a state to the next one, from the first state on."""
+    ends = np.append(before, n_states)
+    return ends[0] in (0, n_states) and bool(
+        np.array_equal(after, before + 1) and (np.diff(ends) >= 1).all()
+    )

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.errors import RealBenchError
 from real_bench.goal_sets.picture import Box, thumbnail
 from real_bench.scoring.result import Result
 from real_bench.simulation import Image, Scene, Simulation
@@ -41,8 +42,13 @@ def render_ends(result: Result, scene: Scene) -> Iterator[Image]:
 
 
 def films(folder: Path | None, goals: Sequence[int]) -> list[str | None]:
-    """The film of each trial, if there is one."""
+    """The film of each trial, if there is one; raises RealBenchError if there is none at all."""
     if folder is None:
         return [None] * len(goals)
     paths = [folder / f"trial-{goal:02d}.mp4" for goal in goals]
+    if not any(path.exists() for path in paths):
+        raise RealBenchError(
+            f"{folder} holds no film of these trials (trial-00.mp4 ...): make them with "
+            f"`realbench extrinsic --video {folder}`"
+        )
     return [data_uri(path.read_bytes(), "video/mp4") if path.exists() else None for path in paths]

@@ -93,7 +93,7 @@ def _identity(
             "settings": dict(settings),
         }:
             return Identity(
-                class_name=name[:200],
+                class_name=printable(name[:200]),
                 file=printable(file[:1000]),
                 code_sha256=source.code_sha256,
                 action_level=action_level,

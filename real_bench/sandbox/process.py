@@ -44,6 +44,7 @@ class Process:
 
     def __init__(self, support: SandboxSupport, visible: VisibleFiles, limits: Limits) -> None:
         self._support = support
+        self._is_closed = False
         with ExitStack() as resources:
             folder = resources.enter_context(temporary_folder("realbench-proxy-"))
             ours, theirs = socket.socketpair()
@@ -59,8 +60,10 @@ class Process:
 
     def close(self) -> None:
         """Kill it and everything it started; may be called again."""
-        with suppress(OSError, ValueError):
-            os.killpg(self._child.pid, signal.SIGKILL)
+        if not self._is_closed:  # later the number may be another process group's
+            with suppress(OSError, ValueError):
+                os.killpg(self._child.pid, signal.SIGKILL)
+        self._is_closed = True
         self._child.wait()
         self._output.join()
         self.channel.close()
@@ -74,9 +77,9 @@ class Process:
             return BrokenRuleError, "its process closed the channel to the benchmark"
         self._output.join()
         last_output = self._output.last_line
-        if self._support.bubblewrap and code > 128:  # it reports signals as shells do
-            code = 128 - code
         how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
+        if self._support.bubblewrap and code - 128 in set(signal.Signals):
+            how += f", or killed by {_signal_name(code - 128)}"  # as shells report signals
         reason = f"its process ended {how}" + (
             f" (its last output: {last_output})" if last_output else ""
         )

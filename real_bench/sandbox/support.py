@@ -51,6 +51,7 @@ class SandboxSupport:
             faults.append("the number of processes")
         if not self.bubblewrap:
             faults.append("disk space in its temporary folder")
+            faults.append("modes, times and sizes of files: it can see all, and change yours")
         if sys.platform != "linux":
             faults.append("memory, on some systems")
         return faults

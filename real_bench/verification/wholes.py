@@ -10,10 +10,13 @@ from typing import Any
 
 from real_bench.errors import Interrupted, RealBenchError
 from real_bench.files import file_sha256
+from real_bench.goal_sets import load_goal_set
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
+from real_bench.simulation import load_scene
 from real_bench.source import ControllerSource
+from real_bench.submissions.requirements import UnreachableError
 from real_bench.verification.bundles import Bundle
 from real_bench.verification.doing_again import LEARNS_OTHERWISE, check_actions, check_play
 from real_bench.verification.parts import (
@@ -26,7 +29,7 @@ from real_bench.verification.parts import (
     PartOutcome,
 )
 from real_bench.verification.recordings import RecordingVerification
-from real_bench.verification.results import ResultVerification
+from real_bench.verification.results import NotGivenError, ResultVerification
 
 OnReplay = Callable[[int, int], None]
 
@@ -124,6 +127,16 @@ class BundleVerification:
     play_again: bool = False
     limits: Limits = field(default_factory=Limits)
 
+    def __post_init__(self) -> None:
+        """Raise RealBenchError for what would make every bundle fail, through no fault of its."""
+        for option, number in (("--jobs", self.jobs), ("--steps", self.n_steps)):
+            if number is not None and number < 1:
+                raise RealBenchError(f"{option} must be at least 1, not {number}")
+        if self.goals is not None:
+            load_goal_set(self.goals)
+        if self.scene is not None:
+            load_scene(self.scene)
+
     def verify(self, report: OnReplay = lambda done, total: None) -> BundleVerdict:
         """Check part by part; a part that cannot be read fails.
 
@@ -153,6 +166,8 @@ class BundleVerification:
                 verdict, detail = check()
             except Interrupted:
                 raise
+            except (NotGivenError, UnreachableError) as error:
+                verdict, detail = UNDECIDED, str(error)
             except RealBenchError as error:
                 verdict, detail = FAILS, str(error)
             parts.append(Part(what, verdict, _without_folder(detail, self.bundle)))

@@ -86,5 +86,5 @@ def _range(values: NDArray[np.float64]) -> tuple[float, float]:
 def _label(name: str, values: NDArray[np.float64], low: float, high: float) -> Text:
     name = printable(name)
     shown = name if len(name) <= LABEL_WIDTH else name[: LABEL_WIDTH - 3] + "..."
-    lines = [shown, f"highest {high:.4g}", f"lowest  {low:.4g}", f"last    {values[-1]:.4g}"]
+    lines = [shown, f"top     {high:.4g}", f"bottom  {low:.4g}", f"last    {values[-1]:.4g}"]
     return Text("\n".join(line.ljust(LABEL_WIDTH) for line in lines))

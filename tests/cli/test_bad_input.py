@@ -28,6 +28,7 @@ BAD = [
         *("no.such.module:C", "math:pi"),
     )
 ]
+EVALUATE = ("evaluate", "--scene", "builtin", "--condition", "OM", "--controller", "real_r")
 TEST = ("extrinsic", "--scene", "builtin", "--condition", "OM", "--controller", "real_r")
 
 
@@ -160,6 +161,9 @@ def test_extrinsic_refuses_bad_input(place: Path, arguments: tuple[str, ...], me
         ((*TEST, "--goals", "goals.npy", "--out", "./goals.npy"), "is also --goals"),
         ((*PLAY, "--controller", "empty.py:A", "--out", "empty.py"), "is also --controller"),
         (("report", "run.h5", "--out", "run.h5"), "--out run.h5 is also an input"),
+        ((*EVALUATE, "--run", "goals.npy", "--goals", "goals.npy"), "--run goals.npy is also"),
+        ((*EVALUATE, "--run", "new.h5", "--out", "new.h5"), "new.h5 is also"),
+        (("score", "goals.npy", "--junit", "n.xml", "--markdown", "n.xml"), "n.xml is also"),
         (("film", "run.h5", "--out", "run.h5"), "--out run.h5 is also an input"),
     ],
 )

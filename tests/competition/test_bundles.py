@@ -188,6 +188,34 @@ def test_result_on_other_goals_is_found(
     assert "trials differ" in found["detail"]
 
 
+def test_what_was_not_given_to_the_judge_is_no_fault_of_the_bundle(
+    bundle: Bundle, honest: Path
+) -> None:
+    place = bundle()
+    done = realbench(place.parent, "verify", place, "--json", code=5)
+    (found,) = json.loads(done.stdout)
+    assert (found["verified"], found["undecided"]) == (False, True)
+    assert "give its goals with --goals" in found["detail"]
+    goals = ["--goals", honest / "goals.npy"]
+    for wrong, told in (
+        (["--jobs", "0"], "--jobs must be at least 1"),
+        (["--steps", "0"], "--steps must be at least 1"),
+        (["--goals", "none.npy"], "cannot read none.npy"),
+    ):
+        done = realbench(place.parent, "verify", place, *goals, *wrong, code=1)
+        assert told in done.stderr
+    (place / "run.h5").unlink()
+    found = verdict(place, honest, code=0)
+    assert parts(found)["state"] == "not checked"
+    assert "the recording that it learned from is not here" in str(found["parts"])
+
+
+def test_pipe_among_the_results_is_passed_over(bundle: Bundle, honest: Path) -> None:
+    place = bundle()
+    os.mkfifo(place / "waits.json")
+    assert verdict(place, honest, "--relearn", "0", code=0)["verified"] is True
+
+
 def test_state_of_another_play_is_found(bundle: Bundle, honest: Path) -> None:
     """The recording is of one play, what was learned of another: trials and play replay."""
     place = bundle()

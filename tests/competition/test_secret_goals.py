@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from real_bench.errors import GoalSetError
+from real_bench.files import atomic_replacement
 from real_bench.goal_sets import generate_goal_set, load_goal_set
 from real_bench.goal_sets.secret import Opening, draw_secret_goals, is_reproduced, read_opening
 from real_bench.simulation import Scene
@@ -31,13 +32,30 @@ def test_committed_goals_can_be_opened(place: Path, secret: str) -> None:
     assert goal_set.seed == -1
     assert kept["commitment"] == secret
     assert str(kept["seed"]) not in (place / "secret.npy").read_bytes().decode("latin-1")
-    assert stat.S_IMODE(opening.stat().st_mode) == 0o600
+    for path in (opening, place / "secret.npy"):
+        assert stat.S_IMODE(path.stat().st_mode) == 0o600
     opened = ["goals", "open", "secret.npy", opening, "--scene", "builtin", "--commitment"]
     told = realbench(place, *opened, secret).stdout
     assert f"as committed to, drawn from seed {kept['seed']}" in told
     assert "belongs to another commitment" in realbench(place, *opened, "0" * 64, code=1).stderr
     opening.write_text(json.dumps({**kept, "seed": kept["seed"] + 1}))
     assert "was altered" in realbench(place, *opened, secret, code=1).stderr
+
+
+def test_goals_of_another_scene_are_not_taken_for_a_forgery(place: Path, secret: str) -> None:
+    opened = ["goals", "open", "secret.npy", "secret.opening.json", "--commitment", secret]
+    refused = realbench(place, *opened, "--scene", "official", code=1).stderr
+    assert "secret.npy was made in scene builtin" in refused
+    assert "give its own with --scene" in refused
+
+
+def test_secret_files_are_never_readable_by_others(tmp_path: Path) -> None:
+    path = tmp_path / "secret"
+    path.write_text("old")
+    path.chmod(0o644)
+    with atomic_replacement(path, is_secret=True) as hidden:
+        assert stat.S_IMODE(hidden.stat().st_mode) == 0o600
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
 def test_secret_goals_are_unique_and_cannot_be_chosen(builtin_scene: Scene) -> None:
@@ -57,7 +75,9 @@ def test_secret_goals_are_unique_and_cannot_be_chosen(builtin_scene: Scene) -> N
     assert not generate_goal_set(builtin_scene, 1, 5, counts).is_secret
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"seed": -1}', "\x00", '{"commitment": 1}'])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"seed": -1}', "\x00", '{"commitment": 1}', "[" * 100_000]
+)
 def test_malformed_openings_are_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "o.json").write_text(text)
     with pytest.raises(GoalSetError, match="is not an opening"):

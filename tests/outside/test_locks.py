@@ -7,13 +7,14 @@ import fcntl
 import logging
 import os
 import subprocess
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from real_bench.files import OutputError
-from real_bench.locks import write_lock
+from real_bench.locks import temporary_folder, write_lock
 from real_bench.recording import Recording
 from tests.cli.shell import COMMAND
 
@@ -117,3 +118,15 @@ def test_commands_work_on_a_file_system_without_locks(place: Path) -> None:
     assert resumed.returncode == 0, resumed.stderr
     with Recording(place / "new.h5") as recording:
         assert recording.n_steps == 3000
+
+
+def test_folders_in_use_stay_where_nothing_can_be_locked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(handle: int, how: int) -> None:
+        raise OSError(errno.ENOLCK, "no locks")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with temporary_folder("mine-") as first, temporary_folder("mine-"):
+        assert first.exists()

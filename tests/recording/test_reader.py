@@ -125,6 +125,20 @@ def begin_before_the_play(file: h5py.File) -> None:
     file["transitions"][:] = rows
 
 
+def begin_in_another_state(file: h5py.File) -> None:
+    rows = file["transitions"][()]
+    rows["precondition"][0] += 1
+    file["transitions"][:] = rows
+
+
+def do_nothing_in_an_action(file: h5py.File) -> None:
+    rows = file["transitions"][()]
+    rows["n_commands"][0] += rows["n_commands"][1]
+    rows["n_commands"][1] = 0
+    rows["first_command"] = np.cumsum(rows["n_commands"]) - rows["n_commands"]
+    file["transitions"][:] = rows
+
+
 def forget_the_seed(file: h5py.File) -> None:
     del file.attrs["seed"]
 
@@ -149,6 +163,8 @@ def use_an_unknown_condition(file: h5py.File) -> None:
         point_nowhere,
         swap_the_commands,
         begin_before_the_play,
+        begin_in_another_state,
+        do_nothing_in_an_action,
         forget_the_seed,
         garble_the_versions,
     ],

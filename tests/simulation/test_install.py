@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from real_bench.errors import SceneError
-from real_bench.simulation.install import install_scene
+from real_bench.simulation.install import _replace_folder, install_scene
 from real_bench.simulation.scene import Manifest, manifest_path, read_manifest
 
 
@@ -81,3 +81,31 @@ def test_failed_download_names_the_alternative(
     monkeypatch.setenv("PIP_NO_INDEX", "1")
     with pytest.raises(SceneError, match=r"cannot download toys==1\.0.*--from FILE"):
         install_scene(manifest)
+
+
+def test_folder_that_no_wheel_holds_is_named_and_nothing_is_lost(
+    manifest: Manifest, wheel: Path
+) -> None:
+    folder = install_scene(manifest, wheel)
+    wrong = manifest.assets.model_copy(update={"folder": "toys/dta"})
+    with pytest.raises(SceneError, match=r"holds no folder toys/dta"):
+        install_scene(manifest.model_copy(update={"assets": wrong}), wheel)
+    assert files_below(folder) == {"cube.urdf", "meshes/cube.obj"}
+
+
+def test_installation_that_fails_at_the_last_moment_loses_nothing(tmp_path: Path) -> None:
+    (target := tmp_path / "scene").mkdir()
+    (target / "cube.urdf").write_text("<robot/>")
+    (tmp_path / "new").mkdir()
+    with pytest.raises(FileNotFoundError):
+        _replace_folder(tmp_path / "new" / "nothing", target)
+    assert files_below(target) == {"cube.urdf"}
+
+
+def test_what_is_no_wheel_is_refused(manifest: Manifest, tmp_path: Path) -> None:
+    path = tmp_path / "text.whl"
+    path.write_text("text")
+    sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+    assets = manifest.assets.model_copy(update={"sha256": sha256})
+    with pytest.raises(SceneError, match="cannot install scene official"):
+        install_scene(manifest.model_copy(update={"assets": assets}), path)
