@@ -435,7 +435,9 @@ def _follow_one_another(first: NDArray[np.int64], n: NDArray[np.int64]) -> bool:
 
 def _are_in_order(before: NDArray[np.int64], after: NDArray[np.int64], n_states: int) -> bool:
     """Whether each action leads from a state to the next one, from the first state on."""
-    ends = np.append(before, n_states)
-    return ends[0] in (0, n_states) and bool(
-        np.array_equal(after, before + 1) and (np.diff(ends) >= 1).all()
+    return bool(
+        (before[:1] == 0).all()
+        and (np.diff(before) >= 1).all()
+        and np.array_equal(after, before + 1)
+        and (after < n_states).all()
     )

@@ -64,13 +64,13 @@ class VisibleFiles:
                 )
 
     def hidden_names(self) -> list[str]:
-        """What is hidden in the controller's own folder, by name."""
+        """What is hidden in the controller's own folder, by name; caches and such aside."""
         if self.folder is None:
             return []
         return [
             path.relative_to(self.folder).as_posix()
             for path in self.hidden
-            if path.is_relative_to(self.folder)
+            if path.is_relative_to(self.folder) and not is_ignored(path)
         ]
 
 

@@ -131,6 +131,13 @@ def begin_in_another_state(file: h5py.File) -> None:
     file["transitions"][:] = rows
 
 
+def end_beyond_the_last_state(file: h5py.File) -> None:
+    rows = file["transitions"][()]
+    rows["precondition"][-1] += 1
+    rows["outcome"][-1] += 1
+    file["transitions"][:] = rows
+
+
 def do_nothing_in_an_action(file: h5py.File) -> None:
     rows = file["transitions"][()]
     rows["n_commands"][0] += rows["n_commands"][1]
@@ -164,6 +171,7 @@ def use_an_unknown_condition(file: h5py.File) -> None:
         swap_the_commands,
         begin_before_the_play,
         begin_in_another_state,
+        end_beyond_the_last_state,
         do_nothing_in_an_action,
         forget_the_seed,
         garble_the_versions,
