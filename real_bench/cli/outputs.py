@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from real_bench import defaults
+from real_bench.files import real_path
 from real_bench.naming import CONTROLLER_FILE
 
 OUTPUTS = ("out", "junit", "markdown")
@@ -65,7 +66,7 @@ def _is_same(one: Path, other: Path) -> bool:
     try:
         if one.exists() or other.exists():
             return one.is_file() and one.samefile(other)
-        return one.resolve() == other.resolve()
+        return real_path(one) == real_path(other)
     except OSError:
         return False
 

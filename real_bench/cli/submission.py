@@ -130,13 +130,13 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
 
     The same files give the same archive.
     """
-    from real_bench.files import check_output
+    from real_bench.files import check_output, real_path
     from real_bench.source import ControllerSource
     from real_bench.submissions.packing import pack as pack_submission
 
     place = folder.resolve()
     archive = out or place.with_name(f"{place.name}.zip")
-    if archive.resolve().is_relative_to(place):
+    if real_path(archive).is_relative_to(place):
         raise click.UsageError(f"{archive} is in the folder that is packed: give another --out")
     check_output(archive, overwrite=overwrite)
     files = pack_submission(folder, archive)

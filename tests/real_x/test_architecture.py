@@ -193,8 +193,14 @@ def test_trials_do_not_depend_on_earlier_ones(
 def keep(file: h5py.File, rows: list[int]) -> None:
     """Make a recording one of these actions only, which must be macros."""
     transitions, commands = file["transitions"][()][rows], file["commands"][()][rows]
+    seen = np.ravel([transitions["precondition"], transitions["outcome"]], "F")
     transitions["first_command"] = np.arange(len(rows))
-    for name, kept in (("transitions", transitions), ("commands", commands)):
+    transitions["first_step"] = np.cumsum(transitions["n_steps"]) - transitions["n_steps"]
+    transitions["precondition"] = 2 * np.arange(len(rows))
+    transitions["outcome"] = transitions["precondition"] + 1
+    contents = {"transitions": transitions, "commands": commands}
+    contents |= {name: file[name][()][seen] for name in ("states", "ground_truth/object_poses")}
+    for name, kept in contents.items():
         file[name].resize(len(kept), axis=0)
         file[name][:] = kept
     file.attrs["n_steps"] = transitions["n_steps"].sum()
