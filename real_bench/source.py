@@ -122,7 +122,7 @@ class ControllerSource:
 
     def files(self) -> Iterator[Path]:
         """Every file in its place, except caches of tools; raises ControllerError."""
-        for number, path in enumerate(_walk(self.place)):
+        for number, path in enumerate(path for path, counts in _walk(self.place) if counts):
             if number == MAX_ENTRIES:
                 raise ControllerError(
                     f"controller {self.spec}: more than {MAX_ENTRIES:,} files in "
@@ -143,23 +143,20 @@ def is_ignored(path: Path) -> bool:
 
 def ignored_paths(folder: Path) -> Iterator[Path]:
     """What does not count in a controller's folder, except links; nothing that is within it."""
-    for path in sorted(folder.iterdir()):
-        if path.is_symlink():
-            continue
-        if is_ignored(path):
+    for path, counts in _walk(folder):
+        if not counts and not path.is_symlink():
             yield path
-        elif path.is_dir():
-            yield from ignored_paths(path)
 
 
-def _walk(folder: Path) -> Iterator[Path]:
+def _walk(folder: Path) -> Iterator[tuple[Path, bool]]:
+    """Every file, and what is ignored: whether it counts."""
     for path in sorted(folder.iterdir()):
         if is_ignored(path):
-            continue
-        if path.is_dir():
+            yield path, False
+        elif path.is_dir():
             yield from _walk(path)
         elif path.is_file():
-            yield path
+            yield path, True
 
 
 def module_location(module: str) -> Path | None:

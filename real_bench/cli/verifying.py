@@ -21,12 +21,19 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
 
     Raises:
         ResultError: there is none.
+        RealBenchError: the goals or the scene that are given cannot be read.
     """
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.competition.verified import keep_verdicts
     from real_bench.errors import ResultError
+    from real_bench.goal_sets import load_goal_set
+    from real_bench.simulation import load_scene
     from real_bench.verification import BundleVerification, bundles_in
 
+    if wanted.get("goals") is not None:  # if these cannot be read, no bundle is to blame
+        load_goal_set(wanted["goals"])
+    if wanted.get("scene") is not None:
+        load_scene(wanted["scene"])
     verdicts: list[BundleVerdict] = []
     with bundles_in(folder) as bundles:
         if not bundles:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import datetime, timezone
 from itertools import pairwise
 from pathlib import Path
@@ -19,7 +19,7 @@ from real_bench.competition.template import make_template
 from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.files import write_atomically
-from real_bench.goal_sets import load_goal_set
+from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.locks import temporary_folder
 from real_bench.submissions.packing import pack, zip_files
@@ -88,7 +88,8 @@ def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> lis
 
 def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, bytes]]:
     """Every file of the bundle, by name."""
-    described = json.dumps(_describe(competition, image), indent=1)  # JSON is YAML
+    goals = {name: load_goal_set(competition.goals(name)) for name in competition.rounds}
+    described = json.dumps(_describe(competition, image, goals), indent=1)  # JSON is YAML
     yield "competition.yaml", f"{described}\n".encode()
     yield "logo.png", _logo()
     yield "terms.md", _TERMS.encode()
@@ -104,8 +105,8 @@ def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, by
     yield "starting_kit.zip", _starting_kit(first)
 
 
-def _describe(competition: Competition, image: str) -> dict[str, Any]:
-    """The platform's ``competition.yaml``."""
+def _describe(competition: Competition, image: str, goals: Mapping[str, GoalSet]) -> dict[str, Any]:
+    """The platform's ``competition.yaml``, with the goals of each round."""
     now = datetime.now(timezone.utc).strftime(MOMENT)
     _check_order(competition, now)
     return {
@@ -143,7 +144,7 @@ def _describe(competition: Competition, image: str) -> dict[str, Any]:
                 "tasks": list(range(len(competition.rounds))),
             }
         ],
-        "phases": list(_phases(competition, now)),
+        "phases": list(_phases(competition, now, goals)),
         "leaderboards": [
             {
                 "title": "Results",
@@ -159,29 +160,30 @@ def _describe(competition: Competition, image: str) -> dict[str, Any]:
                         "precision": 0 if key == VERIFIED else 4,
                         "hidden": False,
                     }
-                    for index, (key, heading) in enumerate(_columns(competition).items())
+                    for index, (key, heading) in enumerate(_columns(goals).items())
                 ],
             }
         ],
     }
 
 
-def _columns(competition: Competition) -> dict[str, str]:
+def _columns(goals: Mapping[str, GoalSet]) -> dict[str, str]:
     """What the scoring program writes, and its headings: only classes that have goals."""
-    sets = [load_goal_set(competition.goals(name)) for name in competition.rounds]
-    there = {each for goal_set in sets for each in goal_set.classes}
+    there = {each for goal_set in goals.values() for each in goal_set.classes}
     classes = {class_key(name): name for name in CHALLENGES if name in there}
     return {SCORE: "Score", LOW: "95% from", HIGH: "95% to", **classes, VERIFIED: "Verified"}
 
 
-def _phases(competition: Competition, now: str) -> Iterator[dict[str, Any]]:
+def _phases(
+    competition: Competition, now: str, goals: Mapping[str, GoalSet]
+) -> Iterator[dict[str, Any]]:
     for index, (name, one) in enumerate(competition.rounds.items()):
         phase: dict[str, Any] = {
             "index": index,
             "name": name,
             "description": _summary(name, one),
             "start": one.start or now,
-            "execution_time_limit": _seconds(one, len(load_goal_set(competition.goals(name)))),
+            "execution_time_limit": _seconds(one, len(goals[name])),
             "max_submissions_per_day": 1,
             "hide_output": True,
             "hide_prediction_output": True,
@@ -246,9 +248,7 @@ def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
 
 
 def _reference_data(competition: Competition, name: str) -> dict[str, bytes]:
-    path = competition.goals(name)
-    load_goal_set(path)  # whether it is one
-    return {GOALS_FILE: path.read_bytes()}
+    return {GOALS_FILE: competition.goals(name).read_bytes()}
 
 
 def _program(file: str, function: str, paths: str) -> bytes:

@@ -102,9 +102,8 @@ class RealG(Controller):
 
     def use_experience(self, experience: Experience) -> None:
         """Learn from all of it, if not done yet and if there is anything."""
-        if self._has_learned and self._play.n_learned == len(experience):
-            return
-        if not len(experience):
+        n = len(experience)
+        if n == 0 or (self._has_learned and self._play.n_learned == n):
             return
         self._recall(experience)
         self._learn(len(self._outcomes))

@@ -81,8 +81,9 @@ def check_dataset(
 def check_images(file: h5py.Group, name: str) -> None:
     """Raise ValueError unless a dataset is of images, (n, height, width, 3) uint8, in the file."""
     check_dataset(file, name, np.dtype("u1"), None)
-    height, width, *_ = file[name].shape[1:]
-    check_dataset(file, name, np.dtype("u1"), (height, width, 3))
+    shape = file[name].shape
+    if len(shape) != 4 or shape[3] != 3:
+        raise ValueError(f"{name} has rows of shape {shape[1:]}, not those of images")
 
 
 def check_sizes(file: h5py.Group, names: Iterable[str]) -> None:

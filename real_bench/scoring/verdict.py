@@ -121,8 +121,8 @@ def judge(
     if minimum is not None:
         mean = summary.score.mean
         is_clear = (round(mean, 4) >= minimum) == (mean >= minimum)
-        detail = f"{f'{mean:.4f}' if is_clear else mean}, at least {minimum} required"
-        checks.append(Check("minimum", mean >= minimum, detail))
+        shown = f"{mean:.4f}" if is_clear else str(mean)
+        checks.append(Check("minimum", mean >= minimum, f"{shown}, at least {minimum} required"))
     comparison = None if baseline is None else compare(results, baseline)
     if comparison is not None:
         score, heading = comparison.score, interval_heading(OVER_GOALS)

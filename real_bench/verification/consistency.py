@@ -60,18 +60,9 @@ def _shape_contradictions(recording: Recording) -> Iterator[str]:
 
 def _count_contradictions(recording: Recording) -> Iterator[str]:
     rows, steps = recording.transitions, recording.states["step"]
-    for first, length, whole in (
-        ("first_step", "n_steps", recording.n_steps),
-        ("first_command", "n_commands", recording.n_commands),
-    ):
-        lengths = rows[length]
-        if not ((lengths >= 1) & (lengths <= whole)).all():
-            yield f"an action has {length} below 1 or above {whole}"
-        if (rows[first] != np.cumsum(lengths) - lengths).any():
-            yield f"{first} does not count {length} of the actions before"
     before, after = rows["precondition"], rows["outcome"]
-    if (after != before + 1).any() or (np.diff(after) < 1).any():
-        yield "an outcome is not the state after its precondition"
+    if (rows["n_steps"] < 1).any():
+        yield "an action has n_steps below 1"
     ends = rows["first_step"] + rows["n_steps"]
     if (steps[before] != rows["first_step"]).any() or (steps[after] != ends).any():
         yield "a state is not of the step that its action begins or ends at"

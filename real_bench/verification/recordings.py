@@ -52,6 +52,10 @@ class RecordingVerification:
     n_steps: int | None = None
     images: bool = False
 
+    def __post_init__(self) -> None:
+        if self.n_steps is not None and self.n_steps < 1:
+            raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
+
     def verify(self, report: OnReplay) -> RecordingVerdict:
         """Replay it, up to the first state that differs.
 
@@ -63,8 +67,6 @@ class RecordingVerification:
             SceneError: its scene is not available.
             Interrupted: the user stopped it.
         """
-        if self.n_steps is not None and self.n_steps < 1:
-            raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
         with Recording(self.path) as recording:
             self._check_replayable(recording)
             header, parts = recording.header, [Physics.of(part) for part in recording.parts]

@@ -52,6 +52,10 @@ class ResultVerification:
     may_be_incomplete: bool = False
     jobs: int = 1
 
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise ResultError(f"--jobs must be at least 1, not {self.jobs}")
+
     def verify(self, report: OnReplay) -> ResultVerdict:
         """Replay every trial.
 
@@ -64,8 +68,6 @@ class ResultVerification:
             Interrupted: the user stopped it.
             RealBenchError: goals, scene or recording cannot be read.
         """
-        if self.jobs < 1:
-            raise ResultError(f"--jobs must be at least 1, not {self.jobs}")
         content = read_content(self.path)
         result = parse_content(content, self.path)
         self._check_replayable(result)

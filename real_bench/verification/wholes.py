@@ -10,11 +10,9 @@ from typing import Any
 
 from real_bench.errors import Interrupted, RealBenchError
 from real_bench.files import file_sha256
-from real_bench.goal_sets import load_goal_set
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
-from real_bench.simulation import load_scene
 from real_bench.source import ControllerSource
 from real_bench.submissions.requirements import UnreachableError
 from real_bench.verification.bundles import Bundle
@@ -128,14 +126,9 @@ class BundleVerification:
     limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:
-        """Raise RealBenchError for what would make every bundle fail, through no fault of its."""
-        for option, number in (("--jobs", self.jobs), ("--steps", self.n_steps)):
-            if number is not None and number < 1:
-                raise RealBenchError(f"{option} must be at least 1, not {number}")
-        if self.goals is not None:
-            load_goal_set(self.goals)
-        if self.scene is not None:
-            load_scene(self.scene)
+        """Let both verifications check their options, which are no fault of the bundle."""
+        self._of_trials()
+        self._of_recording(self.bundle.recording or Path())
 
     def verify(self, report: OnReplay = lambda done, total: None) -> BundleVerdict:
         """Check part by part; a part that cannot be read fails.
@@ -173,15 +166,21 @@ class BundleVerification:
             parts.append(Part(what, verdict, _without_folder(detail, self.bundle)))
         return BundleVerdict(self.bundle, sha256, score, tuple(_with_state_decided(parts)))
 
-    def _check_trials(self, report: OnReplay) -> PartOutcome:
-        verdict = ResultVerification(
+    def _of_trials(self) -> ResultVerification:
+        return ResultVerification(
             self.bundle.result,
             goals=self.goals,
             scene=self.scene,
             run=self.bundle.recording,
             may_be_incomplete=self.may_be_incomplete,
             jobs=self.jobs,
-        ).verify(report)
+        )
+
+    def _of_recording(self, recording: Path) -> RecordingVerification:
+        return RecordingVerification(recording, scene=self.scene, n_steps=self.n_steps)
+
+    def _check_trials(self, report: OnReplay) -> PartOutcome:
+        verdict = self._of_trials().verify(report)
         return _verdict_of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
 
     def _check_recording(self, result: Result) -> PartOutcome:
@@ -189,9 +188,7 @@ class BundleVerification:
             return HOLDS, "it learned from none"
         if self.bundle.recording is None:
             return NOT_CHECKED, "no recording found"
-        verdict = RecordingVerification(
-            self.bundle.recording, scene=self.scene, n_steps=self.n_steps
-        ).verify(lambda done, total: None)
+        verdict = self._of_recording(self.bundle.recording).verify(lambda done, total: None)
         outcome = _verdict_of(verdict.holds, verdict.is_undecided)
         if outcome == HOLDS and verdict.n_steps < verdict.total_steps:
             outcome = IN_PART
