@@ -159,18 +159,18 @@ def run_extrinsic(
     from real_bench.phases.plans import plan_test
 
     path = None if run is None else Path(run)
-    named = Path(goals) if isinstance(goals, str | Path) else None
+    goals_file = Path(goals) if isinstance(goals, str | Path) else None
     plan = plan_test(
         controller=_named(controller),
         run=path,
         run_steps=run_steps,
-        goals=goals if named is None else named,  # type: ignore[arg-type]
+        goals=goals,
         condition=condition,
         objects=objects,
         scene=None if scene is None else str(scene),
         seed=seed,
         settings=settings,
-        backend=_backend(isolate, [Path(out), path, named]),
+        backend=_backend(isolate, [Path(out), path, goals_file]),
         trial_steps=TRIAL_STEPS if trial_steps is None else trial_steps,
         wanted=learned,
     )
@@ -308,7 +308,18 @@ def _as_list(results: Results) -> list[Result]:
     several = _as_sequence(results)
     if not several:
         raise ResultError("no results were given")
-    return [load_result(each) if isinstance(each, str | Path) else each for each in several]
+    return [_as_result(each) for each in several]
+
+
+def _as_result(given: object) -> Result:
+    from real_bench.numeric import short
+    from real_bench.scoring.result import Result
+
+    if isinstance(given, str | Path):
+        return load_result(given)
+    if not isinstance(given, Result):
+        raise ResultError(f"a result must be a Result or its file, not {short(given)}")
+    return given
 
 
 def _as_sequence(values: Any) -> Sequence[Any]:

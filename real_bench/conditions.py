@@ -29,7 +29,7 @@ class Condition:
     @classmethod
     def parse(cls, name: str) -> Condition:
         """Parse a name like ``OM``; raises ConditionError with the valid names."""
-        if len(name) == 2 and name[0] in PERCEPTIONS and name[1] in CONTROLS:
+        if name in CONDITION_NAMES:
             return cls(name[0], name[1])
         raise ConditionError(f"unknown condition {name!r}: use one of {', '.join(CONDITION_NAMES)}")
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from itertools import cycle
 from pathlib import Path
 from typing import Any, NoReturn
@@ -17,13 +15,13 @@ from numpy.typing import NDArray
 from real_bench.actions import Action, check_action, wants_render
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, SceneError
-from real_bench.goal_sets import Goal, GoalSet, load_goal_set
+from real_bench.goal_sets import Goal, GoalSet, as_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.numeric import short
 from real_bench.observation import Observation
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
 from real_bench.task import Task
+from real_bench.whole import whole
 
 
 class OneWorldEnv(gymnasium.Env[dict[str, Any], Any]):
@@ -81,13 +79,13 @@ class RealEnv(OneWorldEnv):
         render_mode: str | None = None,
     ) -> None:
         loaded = load_scene(scene)
-        goal_set = load_goal_set(Path(goals)) if isinstance(goals, str | Path) else goals
+        goal_set = None if goals is None else as_goal_set(goals)
         if goal_set is not None:
             goal_set.check_fits(loaded, objects)
         self._goal_set = goal_set
         self._next_goals: Iterator[Goal] = cycle(goal_set.goals if goal_set else ())
-        if max_steps is not None and max_steps < 1:
-            raise RealBenchError(f"max_steps must be at least 1, not {max_steps}")
+        if max_steps is not None:
+            max_steps = whole(max_steps, "max_steps", 1)
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise RealBenchError(f"render_mode must be rgb_array or human, not {render_mode!r}")
         self._max_steps = max_steps or (TRIAL_STEPS if goal_set else INTRINSIC_STEPS)
@@ -149,11 +147,7 @@ class RealEnv(OneWorldEnv):
                 raise RealBenchError("there is no goal to choose from: give the environment goals")
             return None
         if "goal" in options:
-            number, n_goals = options["goal"], len(self._goal_set)
-            with suppress(TypeError):
-                if 0 <= (k := operator.index(number)) < n_goals:
-                    return self._goal_set.goals[k]
-            raise RealBenchError(f"goal must be 0 to {n_goals - 1}, not {short(number)}")
+            return self._goal_set.goals[whole(options["goal"], "goal", 0, len(self._goal_set) - 1)]
         return next(self._next_goals)
 
     def _info(self, truncated: bool) -> dict[str, Any]:

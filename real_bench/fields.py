@@ -9,14 +9,11 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
-from real_bench.lengths import MAX_TRIAL_STEPS
+from real_bench.lengths import LARGEST, MAX_TRIAL_STEPS
 from real_bench.spelling import spelled
 
-SEEDS = 2**63
-"""How many there are, from 0."""
-
-Seed = Annotated[int, Field(ge=0, lt=SEEDS)]
-Steps = Annotated[int, Field(ge=1, lt=2**63)]
+Seed = Annotated[int, Field(ge=0, le=LARGEST)]
+Steps = Annotated[int, Field(ge=1, le=LARGEST)]
 TrialSteps = Annotated[int, Field(ge=1, le=MAX_TRIAL_STEPS)]
 Name = Annotated[
     str,

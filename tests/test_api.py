@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -54,7 +55,21 @@ def test_no_results_are_an_error(judge: Callable[[list[Result]], object]) -> Non
     ("call", "message"),
     [
         (lambda: real_bench.run_intrinsic(real_bench.Controller), "write a class into a file"),
-        (lambda: real_bench.run_intrinsic("real_r", steps=2000.5), "a whole number, not 2000.5"),
+        *(
+            (partial(real_bench.run_intrinsic, "real_r", **{name: value}), f"{name}.*{name_of}")
+            for name in ("steps", "seed", "objects")
+            for value, name_of in ((2000.5, "2000.5"), ("1", "str '1'"), (-1, "not -1"))
+        ),
+        (lambda: real_bench.run_intrinsic("real_r", condition=5), "unknown condition 5"),
+        (lambda: real_bench.run_intrinsic("real_r", settings=5), "must be a dict.*not int 5"),
+        (lambda: real_bench.run_extrinsic("real_r", trials=2.5), "trials.*from 1 to 50, not 2.5"),
+        (lambda: real_bench.run_extrinsic("real_r", trial_steps=0), "trial steps.*not 0"),
+        (lambda: real_bench.run_extrinsic("real_r", jobs=True), "jobs.*not bool True"),
+        (lambda: real_bench.run_extrinsic("real_r", goals=5), "a GoalSet or its file, not int 5"),
+        (lambda: real_bench.make_env(scene="builtin", goals=5), "a GoalSet or its file, not int 5"),
+        (lambda: real_bench.make_env(scene="builtin", max_steps="a"), "max_steps.*not str 'a'"),
+        (lambda: real_bench.score(None), "a Result or its file, not NoneType None"),
+        (lambda: real_bench.compare("no.json", 5), "no.json"),
         (lambda: real_bench.run_intrinsic(out="no.h5", resume=True), "no.h5 does not exist"),
         (lambda: real_bench.run_extrinsic("real_r", learned="relearn"), "keep, again, nothing"),
         (lambda: real_bench.draw_figures("no.h5"), "recording not found: no.h5"),
@@ -114,6 +129,21 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     again = real_bench.draw_figures(results=[out])
     assert "score-by-goal" in again
     assert real_bench.figures.FIGURES
+
+
+def test_seeds_and_numbers_may_be_numpys(builtin_scene: Scene, tmp_path: Path) -> None:
+    """As in ``for seed in np.arange(5)``; and 15e6 is a number of steps."""
+    run = tmp_path / "run.h5"
+    play = {"condition": "OM", "scene": "builtin", "objects": np.int64(1), "out": run}
+    with real_bench.run_intrinsic("real_r", seed=np.int64(3), steps=2e3, **play) as recording:
+        assert recording.header.seed == 3
+        assert len(recording.transitions) == 2
+    test = {"run": run, "run_steps": np.int64(2000), "goals": tiny_goals(builtin_scene)}
+    numbers = {"seed": np.int64(4), "trials": np.int64(1), "trial_steps": 1e3, "jobs": np.int64(1)}
+    out = tmp_path / "score.json"
+    result = real_bench.run_extrinsic("real_d", **test, **numbers, out=out)
+    assert result == real_bench.load_result(out)
+    assert (result.setting.seed, result.setting.trial_steps) == (4, 1000)
 
 
 def test_errors_derive_from_real_bench_error(tmp_path: Path) -> None:

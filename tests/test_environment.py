@@ -224,10 +224,10 @@ def test_a_closed_world_does_not_show_another_one() -> None:
     other.close()
 
 
-@pytest.mark.parametrize("goal", [1.0, "1", None, -1, 2, np.array([0, 1])])
+@pytest.mark.parametrize("goal", [1.5, "1", None, -1, 2, np.array([0, 1])])
 def test_goals_are_chosen_by_their_numbers(goals: GoalSet, goal: Any) -> None:
     env = real_bench.make_env(scene="builtin", objects=2, goals=goals)
-    with pytest.raises(RealBenchError, match="goal must be 0 to 1"):
+    with pytest.raises(RealBenchError, match="goal must be a whole number from 0 to 1"):
         env.reset(options={"goal": goal})
     env.reset(options={"goal": np.int64(1)})
     env.close()

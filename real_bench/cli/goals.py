@@ -12,12 +12,12 @@ from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say
 from real_bench.counting import counted
+from real_bench.lengths import LARGEST
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
     from real_bench.simulation import Scene
 
-MAX_SEED = 2**63 - 1
 
 existing_file = click.Path(exists=True, dir_okay=False, path_type=Path)
 output_file = click.Path(path_type=Path)
@@ -74,7 +74,7 @@ def goals() -> None:
 )
 @click.option(
     "--seed",
-    type=click.IntRange(0, MAX_SEED),
+    type=click.IntRange(0, LARGEST),
     default=0,
     show_default=True,
     metavar="N",

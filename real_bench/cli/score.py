@@ -96,6 +96,7 @@ def score(
         )
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or --controller or --run to test")
+    verdicts.check_minimum(minimum)
     page_file = cases_file = None
     if junit is not None:
         cases_file = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))

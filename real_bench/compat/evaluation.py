@@ -9,8 +9,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from real_bench.errors import ControllerError, RealBenchError
+from real_bench.errors import ControllerError
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.whole import whole
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
@@ -85,10 +86,7 @@ def evaluate(
 
 def _check_lengths(intrinsic: float, extrinsic: float) -> None:
     for name, steps, least in (("intrinsic", intrinsic, 0), ("extrinsic", extrinsic, 1)):
-        if not (math.isfinite(steps) and steps >= least and steps % 1 == 0):
-            raise RealBenchError(
-                f"{name}_timesteps must be a whole number of at least {least}, not {steps}"
-            )
+        whole(steps, f"{name}_timesteps", least)
 
 
 def read_goals(path: Path, scene: Scene) -> GoalSet:
@@ -104,8 +102,7 @@ def _goals(path: Path, scene: Scene, n_objects: int, n_trials: int) -> GoalSet |
         return None
     goals = read_goals(path, scene)
     goals.check_fits(scene, n_objects)
-    if not 0 < n_trials <= len(goals):
-        raise RealBenchError(f"extrinsic_trials must be 0 to {len(goals)}, not {n_trials}")
+    whole(n_trials, "extrinsic_trials", 0, len(goals))
     return goals
 
 

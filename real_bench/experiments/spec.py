@@ -14,9 +14,9 @@ from pydantic import (
 
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError, faults
-from real_bench.fields import SEEDS, ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
+from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
 from real_bench.files import check_output, write_atomically
-from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.lengths import INTRINSIC_STEPS, LARGEST, TRIAL_STEPS
 from real_bench.naming import CONTROLLER_FILE
 from real_bench.nearest import did_you_mean, unknown_name_hint
 from real_bench.source import ControllerSource
@@ -154,7 +154,7 @@ class Spec(SpecFile):
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"two cells are named {', '.join(twice)}: give each a name")
         for cell in self.cells:
-            if self.seeds(cell)[-1] >= SEEDS:
+            if self.seeds(cell)[-1] > LARGEST:
                 raise ValueError(f"cell {cell.name} has seeds of 2**63 or more")
             if cell.play not in (OWN, NONE, *self.plays):
                 known = [OWN, NONE, *self.plays]

@@ -16,11 +16,13 @@ from real_bench.errors import RecordingError, SceneError
 from real_bench.figures.labels import make_distinct
 from real_bench.figures.latent_codes import LatentCodes, encode_recording, sight_settings
 from real_bench.files import file_sha256
+from real_bench.lengths import LARGEST
 from real_bench.naming import display_name
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
 from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
+from real_bench.whole import keep_whole
 
 
 @dataclass(frozen=True)
@@ -43,10 +45,9 @@ class FigureOptions:
     def __post_init__(self) -> None:
         if self.settings:
             sight_settings(self.settings)
-        if not 0 <= self.seed < 2**63:
-            raise RecordingError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
-        if self.run_steps is not None and self.run_steps < 1:
-            raise RecordingError(f"--run-steps must be at least 1, not {self.run_steps}")
+        keep_whole(self, "seed", 0, LARGEST, RecordingError)
+        if self.run_steps is not None:
+            keep_whole(self, "run_steps", 1, error=RecordingError)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from real_bench.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from real_bench.goal_sets.file import load_goal_set, save_goal_set
+    from real_bench.goal_sets.file import as_goal_set, load_goal_set, save_goal_set
     from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
     from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet
     from real_bench.goal_sets.official import import_official
@@ -18,6 +18,7 @@ __all__ = [
     "OFFICIAL_COUNTS",
     "Goal",
     "GoalSet",
+    "as_goal_set",
     "captioned",
     "contact_sheet",
     "generate_goal_set",
@@ -37,6 +38,7 @@ __getattr__, __dir__ = lazy_names(
         "OFFICIAL_COUNTS": "real_bench.goal_sets.generator",
         "Goal": "real_bench.goal_sets.goal",
         "GoalSet": "real_bench.goal_sets.goal",
+        "as_goal_set": "real_bench.goal_sets.file",
         "captioned": "real_bench.goal_sets.picture",
         "contact_sheet": "real_bench.goal_sets.picture",
         "generate_goal_set": "real_bench.goal_sets.generator",

@@ -21,6 +21,7 @@ from real_bench.files import write_atomically
 from real_bench.goal_sets.goal import NO_BODY, Goal, GoalSet, check_size
 from real_bench.goal_sets.npy import read_npy_header
 from real_bench.goal_sets.png import decode_png, encode_png, read_png_header
+from real_bench.numeric import short
 
 FORMAT = "realbench-goals"
 VERSION = 1
@@ -57,6 +58,15 @@ def save_goal_set(goal_set: GoalSet, path: str | Path, *, is_secret: bool = Fals
     stream = io.BytesIO()
     np.save(stream, rows, allow_pickle=False)
     write_atomically(Path(path), stream.getvalue(), is_secret=is_secret)
+
+
+def as_goal_set(goals: GoalSet | str | Path) -> GoalSet:
+    """A goal set, or the one in a file; raises GoalSetError if it is neither."""
+    if isinstance(goals, str | Path):
+        return load_goal_set(goals)
+    if not isinstance(goals, GoalSet):
+        raise GoalSetError(f"goals must be a GoalSet or its file, not {short(goals)}")
+    return goals
 
 
 def load_goal_set(path: str | Path) -> GoalSet:

@@ -31,9 +31,11 @@ from numpy.typing import NDArray
 
 from real_bench.counting import counted
 from real_bench.errors import GoalSetError, PhysicsError
-from real_bench.goal_sets.goal import CHALLENGES, MAX_SEED, Goal, GoalSet, check_size
+from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet, check_size
+from real_bench.lengths import LARGEST
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.simulation.scene import GoalRegion
+from real_bench.whole import whole
 
 GENERATOR = "realbench-1"
 OFFICIAL_COUNTS: Mapping[str, int] = MappingProxyType({"2D": 25, "2.5D": 15, "3D": 10})
@@ -76,7 +78,8 @@ def generate_goal_set(
         GoalSetError: an impossible count or seed, or a region in which no goal can be found.
         SceneError: the scene has fewer objects.
     """
-    _check_request(scene, seed, counts)
+    seed = whole(seed, "seed", 0, LARGEST, GoalSetError)
+    _check_request(scene, counts)
     wanted = [(challenge, k) for challenge in CHALLENGES for k in range(counts.get(challenge, 0))]
     goals = []
     with Simulation(scene, n_objects) as simulation:
@@ -227,7 +230,7 @@ def _random_quaternions(rng: Generator, count: int) -> Quaternions:
     return unit
 
 
-def _check_request(scene: Scene, seed: int, counts: Mapping[str, int]) -> None:
+def _check_request(scene: Scene, counts: Mapping[str, int]) -> None:
     """Refuse impossible requests before anything is simulated."""
     if unknown := set(counts) - set(CHALLENGES):
         raise GoalSetError(
@@ -235,7 +238,5 @@ def _check_request(scene: Scene, seed: int, counts: Mapping[str, int]) -> None:
         )
     if min(counts.values(), default=0) < 0 or sum(counts.values()) < 1:
         raise GoalSetError(f"cannot draw {dict(counts)} goals: ask for at least one, none below 0")
-    if not 0 <= seed <= MAX_SEED:
-        raise GoalSetError(f"seed {seed}: use 0 to 2**63 - 1")
     camera = scene.manifest.camera
     check_size(sum(counts.values()), camera.height, camera.width)

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from real_bench.counting import counted
 from real_bench.errors import GoalSetError
+from real_bench.lengths import LARGEST
 
 if TYPE_CHECKING:
     from real_bench.simulation.scene import Scene
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 CHALLENGES = ("2D", "2.5D", "3D")
 NO_BODY = -1  # in a mask: no body in this pixel
 MAX_BODY_ID = 254  # a mask must fit in eight bits beside "no body"
-MAX_SEED = 2**63 - 1
 UNKNOWN_SEED = -1
 SECRET = "-secret"
 """Suffix of the generator's name for secret goals."""
@@ -207,7 +207,7 @@ class GoalSet:
         _check_text("scene_sha256", self.scene_sha256, _SHA256)
         if len(set(self.object_names)) < len(self.object_names) or not self.object_names:
             raise GoalSetError(f"objects {', '.join(self.object_names) or 'none'}: name each once")
-        if not UNKNOWN_SEED <= self.seed <= MAX_SEED:
+        if not UNKNOWN_SEED <= self.seed <= LARGEST:
             raise GoalSetError(f"seed {self.seed}: use 0 to 2**63 - 1, or -1 if unknown")
 
 

@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from real_bench.errors import GoalSetError, faults
 from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
 from real_bench.goal_sets.goal import SECRET, UNKNOWN_SEED, GoalSet
+from real_bench.lengths import LARGEST
 from real_bench.simulation import Scene
 from real_bench.spelling import Sha256
 
@@ -35,7 +36,7 @@ class Opening(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    seed: Annotated[int, Field(ge=0, le=LARGEST)]
     salt: Sha256
     goals_sha256: Sha256
 
@@ -64,7 +65,7 @@ def draw_secret_goals(
     progress: Callable[[int, int], None] = lambda n_done, n_goals: None,
 ) -> tuple[GoalSet, Opening]:
     """Draw goals from an unguessable seed; returns them without it, and their opening."""
-    seed = secrets.randbelow(2**63)
+    seed = secrets.randbelow(LARGEST + 1)
     goal_set = _without_seed(generate_goal_set(scene, n_objects, seed, counts, progress))
     return goal_set, Opening(seed=seed, salt=secrets.token_hex(32), goals_sha256=goal_set.sha256)
 

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from real_bench.errors import Interrupted, RealBenchError, ResultError
+from real_bench.errors import Interrupted, ResultError
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
-from real_bench.lengths import MAX_TRIAL_STEPS
 from real_bench.locks import write_lock
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.handover import NOTHING, Handover
@@ -24,6 +23,7 @@ from real_bench.quoting import quoted
 from real_bench.recording import Recording, run_versions
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 from real_bench.source import recorded_name
+from real_bench.whole import keep_whole
 
 OnTrial = Callable[[Result], None]
 
@@ -53,17 +53,8 @@ class ExtrinsicPhase:
     jobs: int = 1
 
     def __post_init__(self) -> None:
-        n_goals = len(self.plan.goal_set)
-        if not 1 <= self.n_trials <= n_goals:
-            raise RealBenchError(f"--trials must be 1 to {n_goals}, not {self.n_trials}")
-        if self.jobs < 1:
-            raise RealBenchError(f"--jobs must be at least 1, not {self.jobs}")
-        if not 0 <= self.plan.seed < 2**63:
-            raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.plan.seed}")
-        if not 1 <= self.plan.trial_steps <= MAX_TRIAL_STEPS:
-            raise RealBenchError(
-                f"a trial needs 1 to {MAX_TRIAL_STEPS:,} steps, not {self.plan.trial_steps:,}"
-            )
+        keep_whole(self, "n_trials", 1, len(self.plan.goal_set))
+        keep_whole(self, "jobs", 1)
         self.plan.goal_set.check_fits(self.plan.scene, self.plan.goal_set.n_objects)
 
     def run(

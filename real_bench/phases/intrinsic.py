@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
 from real_bench.files import check_output
+from real_bench.lengths import LARGEST
 from real_bench.phases.activity import LEARNING, Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import make_player
@@ -40,6 +41,7 @@ from real_bench.recording import (
 from real_bench.simulation.scene import Scene
 from real_bench.source import recorded_name, resolved
 from real_bench.task import Task
+from real_bench.whole import keep_whole
 
 
 @dataclass(frozen=True)
@@ -92,17 +94,13 @@ class IntrinsicPhase:
     backend: ControllerBackend = field(default_factory=LocalBackend)
 
     def __post_init__(self) -> None:
-        if not 1 <= self.steps < 2**63:
-            raise RealBenchError(f"--steps must be at least 1, not {self.steps}")
-        if self.steps % 1:
-            raise RealBenchError(f"--steps must be a whole number, not {self.steps}")
-        if not 0 <= self.seed < 2**63:
-            raise RealBenchError(f"--seed must be 0 to 2**63 - 1, not {self.seed}")
+        keep_whole(self, "steps", 1, LARGEST)
+        keep_whole(self, "seed", 0, LARGEST)
         if self.images is False and not self.condition.sees_objects:
             raise RealBenchError(
                 f"condition {self.condition.name} needs images: leave out --no-images"
             )
-        self.scene.object_names(self.objects)
+        object.__setattr__(self, "objects", len(self.scene.object_names(self.objects)))
 
     def run(
         self,

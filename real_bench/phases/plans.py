@@ -9,10 +9,11 @@ from typing import Any
 
 from real_bench import defaults
 from real_bench.conditions import Condition
-from real_bench.errors import RealBenchError, RecordingError
-from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
+from real_bench.errors import ControllerError, RealBenchError, RecordingError
+from real_bench.goal_sets import GoalSet, as_goal_set, load_goal_set, shipped_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.locks import is_being_written
+from real_bench.numeric import short
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
@@ -72,7 +73,7 @@ def plan_play(
         raise RealBenchError("no controller given (try --controller real_r)")
     if known is NEW_RUN and given.get("condition") is None:
         chosen["condition"] = _condition_of(chosen["controller"])
-    chosen["settings"] = merged(known["settings"], settings or {})
+    chosen["settings"] = merged(known["settings"], _values(settings))
     chosen["condition"] = Condition.parse(chosen["condition"])
     chosen["scene"] = load_scene(chosen["scene"])
     return IntrinsicPhase(out=out, backend=backend, **chosen)
@@ -83,7 +84,7 @@ def plan_test(
     controller: str | None = None,
     run: Path | None = None,
     run_steps: int | None = None,
-    goals: Path | GoalSet | None = None,
+    goals: GoalSet | str | Path | None = None,
     condition: str | None = None,
     objects: int | None = None,
     scene: str | None = None,
@@ -116,7 +117,7 @@ def plan_test(
     """
     backend = backend or LocalBackend()
     path, header = _find_run(run, optional=controller is not None)
-    given = _given_goals(goals)
+    given = None if goals is None else as_goal_set(goals)
     known = header.objects if header else given.n_objects if given else 1
     n_objects = known if objects is None else objects
     if scene is None:
@@ -124,7 +125,7 @@ def plan_test(
     if condition is None:
         condition = header.condition if header else _condition_of(controller)
     loaded = load_scene(scene)
-    loaded.object_names(n_objects)
+    n_objects = len(loaded.object_names(n_objects))
     wanted = Condition.parse(condition)
     mismatches = header.mismatches(wanted, n_objects, loaded.sha256) if header else []
     if mismatches and run is None:
@@ -145,17 +146,17 @@ def plan_test(
         trial_steps=trial_steps,
         run=path,
         run_steps=run_steps,
-        settings=merged(recorded_settings(header, controller, backend), settings or {}),
+        settings=merged(recorded_settings(header, controller, backend), _values(settings)),
         backend=backend,
         **options,
     )
 
 
 def plan_test_after(
-    phase: IntrinsicPhase, goals: Path | GoalSet | None, trial_steps: int
+    phase: IntrinsicPhase, goals: GoalSet | str | Path | None, trial_steps: int
 ) -> TrialPlan:
     """Trials of the controller that has just played, in the same process."""
-    given = _given_goals(goals)
+    given = None if goals is None else as_goal_set(goals)
     return TrialPlan(
         controller=phase.controller,
         condition=phase.condition,
@@ -169,14 +170,18 @@ def plan_test_after(
     )
 
 
+def _values(settings: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    if settings is not None and not isinstance(settings, Mapping):
+        raise ControllerError(
+            f'settings must be a dict, e.g. {{"planner": {{"depth": 8}}}}, not {short(settings)}'
+        )
+    return settings or {}
+
+
 def _condition_of(controller: str | None) -> str:
     """The condition that a submission is made for, or the default one."""
     submission = None if controller is None else ControllerSource.of(controller).submission
     return DEFAULT_CONDITION if submission is None else submission.condition
-
-
-def _given_goals(goals: Path | GoalSet | None) -> GoalSet | None:
-    return goals if isinstance(goals, GoalSet) else load_goal_set(goals) if goals else None
 
 
 def goals_for_test(given: GoalSet | None, n_objects: int, scene: Scene) -> GoalSet:

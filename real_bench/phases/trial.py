@@ -24,6 +24,7 @@ from real_bench.errors import (
 )
 from real_bench.files import check_folder, write_atomically
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
+from real_bench.lengths import LARGEST, MAX_TRIAL_STEPS
 from real_bench.numeric import short
 from real_bench.phases.activity import LEARNING, PLANNING, Activity, ignore_activity
 from real_bench.phases.explaining import Explainer
@@ -39,6 +40,7 @@ from real_bench.scoring.metric import distances
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
+from real_bench.whole import keep_whole
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,12 @@ class TrialPlan:
     backend: ControllerBackend = field(default_factory=LocalBackend)
 
     def __post_init__(self) -> None:
-        if self.run_steps is not None and (self.run is None or self.run_steps < 1):
-            raise RealBenchError(
-                f"--run-steps must be at least 1, and needs --run: not {self.run_steps}"
-            )
+        keep_whole(self, "seed", 0, LARGEST)
+        keep_whole(self, "trial_steps", 1, MAX_TRIAL_STEPS)
+        if self.run_steps is not None:
+            keep_whole(self, "run_steps", 1, LARGEST)
+        if self.run_steps is not None and self.run is None:
+            raise RealBenchError("--run-steps needs --run: there is no recording to learn from")
         if self.wanted is not None and self.wanted not in get_args(Wanted):
             raise RealBenchError(
                 f"what it learned: {short(self.wanted)} is not one of {', '.join(get_args(Wanted))}"

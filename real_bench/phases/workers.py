@@ -14,6 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, nullcontext
 from itertools import islice
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 from uuid import uuid4
 
@@ -92,6 +93,21 @@ def _without_local_imports() -> Iterator[None]:
             os.environ[name] = before
 
 
+@contextmanager
+def _without_main() -> Iterator[None]:
+    """Keep processes that start now from running the user's script, of which they need nothing.
+
+    Otherwise a script that tests with several jobs, and has no ``if __name__ == "__main__"``,
+    would begin again in each of them.
+    """
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
 class _StartupMonitor:
     """Reports whether a process is still making its worker."""
 
@@ -150,7 +166,8 @@ def _submit(pool: ProcessPoolExecutor, tasks: Iterable[Any]) -> set[Future[Any]]
     """
     signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
     try:
-        return {pool.submit(_run_task, task) for task in tasks}
+        with _without_main():
+            return {pool.submit(_run_task, task) for task in tasks}
     except OSError as error:  # it died while it was being started
         raise BrokenProcessPool from error
     finally:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from real_bench.counting import counted
-from real_bench.errors import ControllerError, ControllerFailedError
+from real_bench.errors import ControllerError, ControllerFailedError, ResultError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.naming import display_name
+from real_bench.numeric import short
 from real_bench.physics import mixture, physics_of
 from real_bench.quoting import markdown as _escaped
 from real_bench.quoting import quoted
@@ -89,6 +92,12 @@ class Verdict:
         }
 
 
+def check_minimum(minimum: float | None) -> None:
+    """Raise ResultError unless it is a number, or None."""
+    if minimum is not None and not (isinstance(minimum, Real) and math.isfinite(minimum)):
+        raise ResultError(f"the minimum must be a number, not {short(minimum)}")
+
+
 def judge(
     results: Sequence[Result],
     minimum: float | None = None,
@@ -111,6 +120,7 @@ def judge(
     Raises:
         ResultError: the results are not of one test, or the baseline is on other goals.
     """
+    check_minimum(minimum)
     check_one_test(results)
     summary = summarise_repeats(by_goal(results))
     checks = [

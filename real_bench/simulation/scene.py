@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from real_bench.errors import SceneError, faults
 from real_bench.nearest import did_you_mean, unknown_name_hint
 from real_bench.spelling import Sha256, spelled
+from real_bench.whole import whole
 from real_bench.yaml_files import read_mapping
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
@@ -275,13 +276,12 @@ class Scene:
         return path
 
     def object_names(self, n_objects: int) -> tuple[str, ...]:
-        """The names of the first ``n_objects`` objects; raises SceneError for too many."""
+        """The names of the first ``n_objects`` objects; raises SceneError for any other number."""
         available = self.manifest.objects
-        if not 1 <= n_objects <= len(available):
-            raise SceneError(
-                f"scene {self.name} has 1 to {len(available)} objects, not {n_objects}"
-            )
-        return tuple(body.name for body in available[:n_objects])
+        count = whole(
+            n_objects, f"objects of scene {self.name}", 1, len(available), error=SceneError
+        )
+        return tuple(body.name for body in available[:count])
 
     @cached_property
     def sha256(self) -> str:

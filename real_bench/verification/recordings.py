@@ -32,6 +32,7 @@ from real_bench.verification.differences import (
 )
 from real_bench.verification.verdicts import RecordingVerdict
 from real_bench.verification.versions import Physics, versions_differ
+from real_bench.whole import keep_whole
 
 OnReplay = Callable[[int, int], None]
 
@@ -53,8 +54,8 @@ class RecordingVerification:
     images: bool = False
 
     def __post_init__(self) -> None:
-        if self.n_steps is not None and self.n_steps < 1:
-            raise RecordingError(f"--steps must be at least 1, not {self.n_steps}")
+        if self.n_steps is not None:
+            keep_whole(self, "n_steps", 1, error=RecordingError)
 
     def verify(self, report: OnReplay) -> RecordingVerdict:
         """Replay it, up to the first state that differs.

@@ -22,6 +22,7 @@ from real_bench.verification.result_checks import ResultChecks
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
 from real_bench.verification.versions import Physics
+from real_bench.whole import keep_whole
 
 OnReplay = Callable[[int, int], None]
 
@@ -53,8 +54,7 @@ class ResultVerification:
     jobs: int = 1
 
     def __post_init__(self) -> None:
-        if self.jobs < 1:
-            raise ResultError(f"--jobs must be at least 1, not {self.jobs}")
+        keep_whole(self, "jobs", 1, error=ResultError)
 
     def verify(self, report: OnReplay) -> ResultVerdict:
         """Replay every trial.

@@ -97,11 +97,20 @@ def refusal(folder: Path, *arguments: str, code: int = 1) -> str:
         (("--controller", "real_d", "--set", "planer.depth=8"), "did you mean planner?"),
         (("--controller", "real_r", "--scene", "oficial"), "did you mean official?"),
         (("--controller", "real_r", "--scene", "moon"), "unknown scene 'moon': use builtin or"),
-        (("--controller", "real_r", "--objects", "4"), "1 to 3 objects, not 4"),
-        (("--controller", "real_r", "--objects", "0"), "1 to 3 objects, not 0"),
-        (("--controller", "real_r", "--steps", "0"), "--steps must be at least 1, not 0"),
-        (("--controller", "real_r", "--steps", "-5"), "--steps must be at least 1, not -5"),
-        (("--controller", "real_r", "--seed", "-1"), "--seed must be 0 to 2**63 - 1, not -1"),
+        (("--controller", "real_r", "--objects", "4"), "from 1 to 3, not 4"),
+        (("--controller", "real_r", "--objects", "0"), "from 1 to 3, not 0"),
+        (
+            ("--controller", "real_r", "--steps", "0"),
+            "from 1 to 2**63 - 1, not 0",
+        ),
+        (
+            ("--controller", "real_r", "--steps", "-5"),
+            "from 1 to 2**63 - 1, not -5",
+        ),
+        (
+            ("--controller", "real_r", "--seed", "-1"),
+            "from 0 to 2**63 - 1, not -1",
+        ),
         (
             ("--controller", "real_r", "--condition", "IM", "--no-images"),
             "needs images: leave out --no-images",
@@ -135,14 +144,23 @@ def test_existing_recording_is_not_overwritten(place: Path) -> None:
         (("--run", "none.h5"), "recording not found: none.h5"),
         (("--run", "text.h5"), "text.h5 cannot be read"),
         (("--run", "run.h5", "--objects", "2"), "run.h5 does not fit this test"),
-        (("--goals", "goals.npy", "--run-steps", "0"), "--run-steps must be at least 1"),
+        (("--goals", "goals.npy", "--run-steps", "0"), "run steps must be a whole number from 1"),
         (
             ("--goals", "goals.npy", "--run-steps", "1001"),
             "run.h5 has 1,000 steps, 1,001 were asked for",
         ),
-        (("--goals", "goals.npy", "--trials", "0"), "--trials must be 1 to 2, not 0"),
-        (("--goals", "goals.npy", "--trials", "3"), "--trials must be 1 to 2, not 3"),
-        (("--goals", "goals.npy", "--jobs", "0"), "--jobs must be at least 1, not 0"),
+        (
+            ("--goals", "goals.npy", "--trials", "0"),
+            "whole number from 1 to 2, not 0",
+        ),
+        (
+            ("--goals", "goals.npy", "--trials", "3"),
+            "whole number from 1 to 2, not 3",
+        ),
+        (
+            ("--goals", "goals.npy", "--jobs", "0"),
+            "jobs must be a whole number of at least 1",
+        ),
         (("--goals", "goals.npy", "--out", "/proc/score.json"), "cannot write into /proc"),
         (("--goals", "goals.npy", "--out", "two.npy"), "two.npy exists: use --resume or"),
         (("--goals", "goals.npy", "--out", "two.npy", "--resume"), "two.npy cannot be read"),

@@ -112,7 +112,7 @@ def test_evaluation_script_gets_scores_and_clear_errors(
         [
             "environment must be R1 or R2",
             "action_type must be one of ",
-            "extrinsic_trials must be 0 to 1, not 2",
+            "extrinsic_trials must be a whole number from 0 to 1, not 2",
             "1 object",
             "cannot read elsewhere.npz",
             "a class with step() was expected",

@@ -198,8 +198,8 @@ def test_what_was_not_given_to_the_judge_is_no_fault_of_the_bundle(
     assert "give its goals with --goals" in found["detail"]
     goals = ["--goals", honest / "goals.npy"]
     for wrong, told in (
-        (["--jobs", "0"], "--jobs must be at least 1"),
-        (["--steps", "0"], "--steps must be at least 1"),
+        (["--jobs", "0"], "jobs must be a whole number of at least 1"),
+        (["--steps", "0"], "steps must be a whole number of at least 1"),
         (["--goals", "none.npy"], "cannot read none.npy"),
     ):
         done = realbench(place.parent, "verify", place, *goals, *wrong, code=1)

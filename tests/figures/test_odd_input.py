@@ -75,8 +75,8 @@ def test_only_coverage_needs_the_scene(material: FigureData) -> None:
     ("options", "message"),
     [
         ({"settings": {"vae": {"wait": 1}}}, r"bad settings: vae.wait.*vae.weight=1000"),
-        ({"seed": -1}, "--seed must be 0 to 2\\*\\*63 - 1, not -1"),
-        ({"run_steps": 0}, "--run-steps must be at least 1, not 0"),
+        ({"seed": -1}, "seed must be a whole number from 0 to 2\\*\\*63 - 1, not -1"),
+        ({"run_steps": 0}, "run steps must be a whole number of at least 1, not 0"),
     ],
 )
 def test_bad_options_are_refused(options: dict[str, object], message: str) -> None:

@@ -146,7 +146,7 @@ def test_impossible_requests_are_refused_before_simulating(
 
 
 def test_too_many_objects_are_refused(scene):
-    with pytest.raises(SceneError, match="1 to 3 objects, not 4"):
+    with pytest.raises(SceneError, match="from 1 to 3, not 4"):
         generate_goal_set(scene, 4, 0)
 
 

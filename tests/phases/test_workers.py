@@ -45,6 +45,24 @@ def test_workers_that_die_at_once_are_reported(tmp_path: Path) -> None:
     assert done.stderr.splitlines()[-1] == "a worker process died; try again"
 
 
+NO_GUARD = """
+import sys
+import real_bench
+
+test = {"condition": "OM", "scene": "builtin", "trials": 2, "trial_steps": 500, "jobs": 2}
+print(real_bench.run_extrinsic("real_r", **test).score)
+"""
+
+
+def test_script_is_not_run_again_by_its_workers(tmp_path: Path) -> None:
+    """Though it has no ``if __name__ == "__main__"``."""
+    (tmp_path / "script.py").write_text(NO_GUARD)
+    told = [sys.executable, "script.py"]
+    done = subprocess.run(told, capture_output=True, text=True, cwd=tmp_path, timeout=PATIENCE_S)
+    assert done.returncode == 0, done.stderr
+    assert len(done.stdout.splitlines()) == 1
+
+
 def test_folder_of_a_killed_process_is_removed_by_the_next(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -29,6 +29,12 @@ def test_minimum_is_compared_with_the_mean(minimum: float | None, passed: bool) 
     assert verdict.passed is passed
 
 
+@pytest.mark.parametrize("minimum", [float("nan"), float("inf"), "0.3"])
+def test_minimum_must_be_a_number(minimum: Any) -> None:
+    with pytest.raises(ResultError, match="the minimum must be a number, not"):
+        judge([NEAR], minimum)
+
+
 @pytest.mark.parametrize("short", [1e-4, 1e-5, 1e-9])
 def test_a_minimum_that_is_missed_does_not_look_reached(short: float) -> None:
     (check,) = [each for each in judge([NEAR], 0.5 + short).checks if each.name == "minimum"]

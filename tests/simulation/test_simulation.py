@@ -134,7 +134,7 @@ def test_nan_joints_raise_a_physics_error(builtin_scene: Scene) -> None:
 
 @pytest.mark.parametrize("n_objects", [0, 4, -1])
 def test_the_number_of_objects_is_checked(builtin_scene: Scene, n_objects: int) -> None:
-    with pytest.raises(SceneError, match=f"1 to 3 objects, not {n_objects}"):
+    with pytest.raises(SceneError, match=f"from 1 to 3, not {n_objects}"):
         Simulation(builtin_scene, n_objects)
 
 

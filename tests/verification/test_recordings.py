@@ -237,7 +237,7 @@ def test_other_start_after_a_cut_is_reported(recorded: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
-        ({"n_steps": 0}, "--steps must be at least 1, not 0"),
+        ({"n_steps": 0}, "steps must be a whole number of at least 1, not 0"),
         ({"scene": "moon"}, "unknown scene"),
         ({"path": Path("none.h5")}, "recording not found: none.h5"),
         ({"path": Path(__file__)}, "cannot be read"),

@@ -266,7 +266,7 @@ def test_altered_goals_are_refused(
     ("options", "complaint"),
     [
         ({"goals": None}, "not on the shipped ones"),
-        ({"jobs": 0}, "--jobs must be at least 1, not 0"),
+        ({"jobs": 0}, "jobs must be a whole number of at least 1, not 0"),
         ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "it keeps no commands"),
         (
             {"path": EVALUATION / "results/full-scale/real_r-IM-1-seed0-shipped.json"},
