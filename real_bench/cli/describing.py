@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from real_bench.cli.printing import say
+from real_bench.settings import dotted
 
 if TYPE_CHECKING:
     from real_bench.recording import Recording
+
+WIDTH = 100
 
 
 def describe_recording(path: Path) -> dict[str, Any]:
@@ -102,21 +107,45 @@ def describe_experiment(path: Path) -> dict[str, Any]:
 
 
 def print_facts(facts: dict[str, Any]) -> None:
-    """Print facts for a person, one per line."""
-    width = max(map(len, facts))
+    """Print facts for a person, one below the other."""
+    column = max(map(len, facts)) + 2
     for name, value in facts.items():
-        is_share = name.startswith("share") and value is not None
-        shown = f"{value:.1%}" if is_share else _plain(value)
-        say(f"{name.replace('_', ' '):<{width}}  {shown}")
+        label = f"{name.replace('_', ' '):<{column}}"
+        say(
+            textwrap.fill(
+                _in_words(name, value),
+                WIDTH,
+                initial_indent=label,
+                subsequent_indent=" " * column,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+        )
+
+
+def _in_words(name: str, value: Any) -> str:
+    if name.startswith("share") and value is not None:
+        return f"{value:.1%}"
+    if isinstance(value, int) and not isinstance(value, bool) and "seed" not in name:
+        return f"{value:,}"
+    return _plain(value)
 
 
 def _plain(value: Any) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{key} {item}" for key, item in value.items()) or "none"
+        return ", ".join(f"{name}={_plain(item)}" for name, item in dotted(value)) or "none"
     if isinstance(value, list | tuple):
-        return ", ".join(map(str, value)) or "none"
+        return _run(value) or ", ".join(map(_plain, value)) or "none"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     if value is None:
         return "none"
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    return f"{value:,}" if isinstance(value, int) and not isinstance(value, bool) else str(value)
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _run(values: Sequence[Any]) -> str:
+    """``0 to 49`` for so many numbers in a row; empty for anything else."""
+    if len(values) < 3 or not all(type(value) is int for value in values):
+        return ""
+    first, last = values[0], values[-1]
+    return f"{first} to {last}" if list(values) == list(range(first, last + 1)) else ""

@@ -18,6 +18,9 @@ from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
 
+FULL_SCALE = Path(__file__).parents[2] / "evaluation" / "results" / "full-scale"
+KEPT = FULL_SCALE / "real_gj-IJ-1-seed715-shipped.json"
+
 CLASS_API = '''
 from real_robots.policy import BasePolicy
 import numpy as np
@@ -111,6 +114,17 @@ def test_inspect_says_what_is_in_a_file(workplace: Path, file: str, facts: dict[
     told = json.loads(realbench(workplace, "inspect", file, "--json").stdout)
     assert {key: told[key] for key in facts} == facts
     assert "scene" in realbench(workplace, "inspect", file).stdout
+
+
+def test_inspect_prints_what_people_can_read_and_paste(tmp_path: Path) -> None:
+    told = realbench(tmp_path, "inspect", str(KEPT)).stdout
+    lines = [line for line in told.splitlines() if not line.startswith(" ")]
+    facts = {name: value.strip() for name, _, value in (line.partition("  ") for line in lines)}
+    assert facts["goal numbers"] == "0 to 49"
+    assert facts["complete"] == "yes"
+    assert (facts["run steps"], facts["seed"]) == ("15,000,000", "715")
+    assert "play.bred=0.45," in told  # as --set takes it
+    assert max(map(len, lines[1:])) <= 100
 
 
 def test_json_option_prints_only_json(workplace: Path) -> None:
