@@ -17,6 +17,8 @@ from real_bench.real_x.threads import fixed_threads
 
 MIN_CELL = 1e-5
 """Expected cell values are kept this far from 0 and 1."""
+MAX_LOG_VARIANCE = 20.0
+"""Of a code. A few images unlike all others, as of an arm in view, would make it overflow."""
 
 Weights = dict[str, NDArray[np.float32]]
 OnTraining = Callable[[int, int, float], None]
@@ -158,7 +160,7 @@ class _Network(nn.Module):
 
     def encode(self, images: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         hidden = torch.relu(self.inward((images - self.mean_image) / self.scale))
-        return self.mean(hidden), self.log_variance(hidden)
+        return self.mean(hidden), self.log_variance(hidden).clamp(max=MAX_LOG_VARIANCE)
 
     def loss(self, images: torch.Tensor, weight: float, noise: torch.Generator) -> torch.Tensor:
         """Binary cross-entropy of the reconstruction and KL of the code, mean of the images."""

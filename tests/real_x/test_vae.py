@@ -107,6 +107,22 @@ def test_diverging_training_is_reported() -> None:
         )
 
 
+@pytest.mark.parametrize("seed", [0, 1, 3, 4])
+def test_a_few_images_unlike_all_others_do_not_make_it_diverge(seed: int) -> None:
+    """As those with the arm in view; the settings are REAL-LD's."""
+    side, n, random = 30, 3000, np.random.default_rng(0)
+    places = random.uniform(4, side - 4, (n, 2))
+    rows, columns = np.mgrid[:side, :side]
+    away = (rows - places[:, :1, None]) ** 2 + (columns - places[:, 1:, None]) ** 2
+    images = (0.3 * np.exp(-away / 4)).astype(np.float32)
+    images[random.choice(n, 3, replace=False), :, 5:13] = 1
+    images = images.reshape(n, -1)
+    vae = VAE(side**2, 7, 128, seed)
+    vae.train(images, Training(6, 128, rate=3e-3, weight=1000 * 320 * 240 / side**2), ignore_epochs)
+    assert np.isfinite(vae.encode(images)).all()
+    assert (vae.divergences(images) > 0.1).any()
+
+
 def test_the_number_of_threads_does_not_matter() -> None:
     import torch
 
