@@ -135,10 +135,10 @@ def test_controller_handed_over_is_tested_like_one_from_the_file(
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        ({"n_trials": 0}, "--trials"),
-        ({"n_trials": 5}, "--trials"),
-        ({"jobs": 0}, "--jobs"),
-        ({"seed": -1}, "--seed"),
+        ({"n_trials": 0}, "trials must"),
+        ({"n_trials": 5}, "trials must"),
+        ({"jobs": 0}, "jobs must"),
+        ({"seed": -1}, "seed must"),
         ({"trial_steps": 0}, "step"),
         ({"controller": "nobody"}, "real_r"),
     ],
