@@ -107,7 +107,7 @@ def test_diverging_training_is_reported() -> None:
         )
 
 
-@pytest.mark.parametrize("seed", [0, 1, 3, 4])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_few_images_unlike_all_others_do_not_make_it_diverge(seed: int) -> None:
     """As those with the arm in view; the settings are REAL-LD's."""
     side, n, random = 30, 3000, np.random.default_rng(0)
