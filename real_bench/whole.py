@@ -27,12 +27,12 @@ def whole(
         most: the largest that may be; None: any.
         error: raised if it is something else.
     """
-    number = None
+    number, is_float = None, isinstance(value, float)
     if not isinstance(value, bool):
         with suppress(TypeError):
-            number = int(value) if _has_no_fraction(value) else operator.index(value)
+            number = int(value) if is_float and value.is_integer() else operator.index(value)
     if number is None or not least <= number or (most is not None and number > most):
-        given = value if number is not None or isinstance(value, float) else short(value)
+        given = value if number is not None or is_float else short(value)
         raise error(f"{what} must be a whole number {_range(least, most)}, not {given}")
     return number
 
@@ -47,10 +47,6 @@ def keep_whole(
     """Check an attribute of a frozen record, and keep it as an int; see :func:`whole`."""
     what = name.removeprefix("n_").replace("_", " ")
     object.__setattr__(record, name, whole(getattr(record, name), what, least, most, error))
-
-
-def _has_no_fraction(value: object) -> bool:
-    return isinstance(value, float) and value.is_integer()
 
 
 def _range(least: int, most: int | None) -> str:

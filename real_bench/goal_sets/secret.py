@@ -13,11 +13,11 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from real_bench.errors import GoalSetError, faults
+from real_bench.fields import Seed
 from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
 from real_bench.goal_sets.goal import SECRET, UNKNOWN_SEED, GoalSet
 from real_bench.lengths import LARGEST
@@ -36,7 +36,7 @@ class Opening(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    seed: Annotated[int, Field(ge=0, le=LARGEST)]
+    seed: Seed
     salt: Sha256
     goals_sha256: Sha256
 

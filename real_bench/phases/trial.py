@@ -84,8 +84,8 @@ class TrialPlan:
         keep_whole(self, "trial_steps", 1, MAX_TRIAL_STEPS)
         if self.run_steps is not None:
             keep_whole(self, "run_steps", 1, LARGEST)
-        if self.run_steps is not None and self.run is None:
-            raise RealBenchError("--run-steps needs --run: there is no recording to learn from")
+            if self.run is None:
+                raise RealBenchError("--run-steps needs --run: there is no recording to learn from")
         if self.wanted is not None and self.wanted not in get_args(Wanted):
             raise RealBenchError(
                 f"what it learned: {short(self.wanted)} is not one of {', '.join(get_args(Wanted))}"

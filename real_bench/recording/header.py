@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
-from real_bench.lengths import LARGEST
+from real_bench.fields import Seed
 from real_bench.quoting import quoted
 from real_bench.version import SOURCE, __version__
 
@@ -74,7 +74,7 @@ class Header(BaseModel):
     scene: str
     scene_source: str
     scene_sha256: str = Field(pattern="^[0-9a-f]{64}$")
-    seed: int = Field(ge=0, le=LARGEST)
+    seed: Seed
     controller: str
     controller_source: str
     controller_class: str

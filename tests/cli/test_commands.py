@@ -20,6 +20,7 @@ from tests.cli.shell import realbench, tiny_goals
 
 FULL_SCALE = Path(__file__).parents[2] / "evaluation" / "results" / "full-scale"
 KEPT = FULL_SCALE / "real_gj-IJ-1-seed715-shipped.json"
+UNPLAYED = FULL_SCALE / "real_r-IJ-1-seed0-shipped.json"
 
 CLASS_API = '''
 from real_robots.policy import BasePolicy
@@ -123,6 +124,7 @@ def test_inspect_prints_what_people_can_read_and_paste(tmp_path: Path) -> None:
     assert facts["goal numbers"] == "0 to 49"
     assert facts["complete"] == "yes"
     assert (facts["run steps"], facts["seed"]) == ("15,000,000", "715")
+    assert "run sha256         none" in realbench(tmp_path, "inspect", str(UNPLAYED)).stdout
     assert "play.bred=0.45," in told  # as --set takes it
     assert max(map(len, lines[1:])) <= 100
 
