@@ -69,24 +69,21 @@ def evaluate(
 
     if not (inspect.isclass(Controller) and callable(getattr(Controller, "step", None))):
         raise ControllerError(f"a class with step() was expected, not {Controller!r}")
-    _check_lengths(intrinsic_timesteps, extrinsic_timesteps)
+    play_steps = whole(intrinsic_timesteps, "intrinsic_timesteps")
+    trial_steps = whole(extrinsic_timesteps, "extrinsic_timesteps", 1)
+    n_trials = whole(extrinsic_trials, "extrinsic_trials")
     if video:
         log.warning("video is ignored: to film each trial, use realbench extrinsic --video")
     condition, scene = official_condition(environment, action_type), load_scene("official")
-    goals = _goals(Path(goals_dataset_path), scene, n_objects, extrinsic_trials)
+    goals = _goals(Path(goals_dataset_path), scene, n_objects, n_trials)
     task = Task(scene, condition, n_objects, gui=visualize)
     try:
         proxy = LocalProxy(ClassSource.of_class(Controller), Controller, {}, task)
         proxy.seed(SEED)
-        _play(proxy, task, int(intrinsic_timesteps))
-        return _run_trials(proxy, task, goals, int(extrinsic_timesteps), extrinsic_trials)
+        _play(proxy, task, play_steps)
+        return _run_trials(proxy, task, goals, trial_steps, n_trials)
     finally:
         task.close()
-
-
-def _check_lengths(intrinsic: float, extrinsic: float) -> None:
-    for name, steps, least in (("intrinsic", intrinsic, 0), ("extrinsic", extrinsic, 1)):
-        whole(steps, f"{name}_timesteps", least)
 
 
 def read_goals(path: Path, scene: Scene) -> GoalSet:

@@ -73,6 +73,9 @@ def encode_recording(
         positions: of the objects in every state, (m, n_objects, 3) metres.
         values: settings of REAL-LD; they override those of the recording's weights.
         seed: of learning, and of drawing pairs.
+
+    Returns:
+        the codes; None, with a warning if it has images, where they cannot be learned.
     """
     if recording.n_images is None or len(kept) < 2:
         return None
@@ -85,7 +88,11 @@ def encode_recording(
     latents.seed(seed)
     how = "uses the recorded weights" if is_recorded else "learning to see as REAL-LD does"
     log.info("%s: %s", recording.path.name, how)
-    triplets = latents.triplets(experience)
+    try:
+        triplets = latents.triplets(experience)
+    except RealBenchError as error:
+        log.warning("%s is in no figure of codes: %s", recording.path.name, error)
+        return None
     codes = Triplets(triplets.states[kept], triplets.outcomes[kept])
     there = positions[experience.preconditions[kept]]
     pairs = pair_distances(codes.states, there, N_PAIRS, np.random.default_rng(seed))

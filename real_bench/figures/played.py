@@ -64,7 +64,7 @@ class Play:
         positions: of the objects in every state, (m, n_objects, 3) metres.
         logged: what its controller logged (see ``Recording.logged``).
         places: x, y of the objects before and after the k actions: what REAL-D plans with.
-        sight: what REAL-LD makes of the images; None without images, or with too few.
+        sight: what REAL-LD makes of the images; None without images, or if they cannot be learned.
         levels: of abstraction.
         region: where goals are drawn in its scene; None if its manifest is not available.
     """

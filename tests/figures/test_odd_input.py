@@ -40,6 +40,19 @@ def test_recordings_without_images_get_no_latent_figures(
     assert drawn(only(material, name)) == ALL - LATENT - SCORES - silent
 
 
+def test_recording_whose_codes_cannot_be_learned_is_in_the_other_figures(
+    folder: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    too_fast = FigureOptions({"vae": {"steps": 5, "rate": 1e30}})
+    plays = read(folder / "pushed.h5", folder / "learned.h5", options=too_fast)
+    assert [play.sight for play in plays] == [None, None]
+    assert drawn(FigureData(plays)) & (LATENT | {"effective-actions"}) == {"effective-actions"}
+    warnings = [record.message for record in caplog.records if record.levelname == "WARNING"]
+    assert len(warnings) == 2
+    for name, warning in zip(("pushed", "learned"), warnings, strict=True):
+        assert warning.startswith(f"{name}.h5 is in no figure of codes: the VAE diverged in epoch ")
+
+
 def test_lengths_are_not_drawn_where_nothing_moved(material: FigureData) -> None:
     (still,) = only(material, "still").plays
     nothing = replace(still, displacements=np.zeros_like(still.displacements))
