@@ -1,16 +1,19 @@
 """The API for notebooks: the two phases, experiments, scores, comparisons, figures.
 
 Each function does what the command of its name does, and returns the outcome. Paths may be text.
-What is left out comes from the recording or the goals, or is the command's default.
+What is left out comes from the recording or the goals, or is the command's default. Ctrl-C raises
+:class:`~real_bench.errors.Interrupted`, a ``KeyboardInterrupt``; what was done is kept.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from real_bench.errors import ControllerError, ResultError
+from real_bench.errors import ControllerError, RealBenchError, ResultError
+from real_bench.wording import speaks_python
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
 PathLike = str | Path
 
 
+@speaks_python
 def make_env(
     condition: str = "OM",
     *,
@@ -51,6 +55,7 @@ def make_env(
     )
 
 
+@speaks_python
 def run_intrinsic(
     controller: PathLike | None = None,
     *,
@@ -65,6 +70,7 @@ def run_intrinsic(
     isolate: bool = False,
     resume: bool = False,
     overwrite: bool = False,
+    progress: bool = True,
 ) -> Recording:
     """Let a controller play, as ``realbench intrinsic`` does (paper, section Scenario).
 
@@ -81,17 +87,19 @@ def run_intrinsic(
         isolate: run the controller in a process of its own that cannot reach anything else.
         resume: continue the recording if it exists.
         overwrite: replace the recording if it exists.
+        progress: show it on standard error, whereto what the controller prints goes then, too.
 
     Returns:
         The recording, open; close it, or use it as a context manager.
 
     Raises:
         RealBenchError: something is wrong, before or while it runs; what was recorded is kept.
+        Interrupted: by Ctrl-C; ``resume`` continues.
     """
     from real_bench.phases.plans import plan_play
     from real_bench.recording import Recording
 
-    out = Path(out)
+    out = _as_path(out, "out")
     phase = plan_play(
         out,
         resume=resume,
@@ -100,19 +108,25 @@ def run_intrinsic(
         controller=_named(controller),
         condition=condition,
         objects=objects,
-        scene=scene,
+        scene=None if scene is None else _as_path(scene, "scene"),
         steps=steps,
         seed=seed,
         images=images,
     )
-    phase.run(_ignore, resume=resume, overwrite=overwrite).close()
+    if progress:
+        from real_bench.cli.running import play
+
+        play(phase, resume=resume, overwrite=overwrite).close()
+    else:
+        phase.run(_ignore, resume=resume, overwrite=overwrite).close()
     return Recording(out)
 
 
+@speaks_python
 def run_extrinsic(
     controller: PathLike | None = None,
     *,
-    run: PathLike | None = None,
+    run: PathLike | Recording | None = None,
     run_steps: int | None = None,
     goals: GoalSet | PathLike | None = None,
     condition: str | None = None,
@@ -128,12 +142,13 @@ def run_extrinsic(
     learned: Wanted | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    progress: bool = True,
 ) -> Result:
     """Test a controller on goals, as ``realbench extrinsic`` does (paper, section Metrics).
 
     Args:
         controller: name, ``module:Class`` or file; the recording's by default.
-        run: the recording to learn from.
+        run: the recording to learn from, or its file.
         run_steps: learn only from its first steps.
         goals: a goal set or its file; the shipped one by default.
         condition: two letters; the recording's by default.
@@ -150,16 +165,19 @@ def run_extrinsic(
             ``again``, or test it as made, with ``nothing``.
         resume: continue the result file if it exists.
         overwrite: replace the result file if it exists.
+        progress: show it on standard error, whereto what the controller prints goes then, too.
 
     Raises:
         RealBenchError: something is wrong, before or while it runs; finished trials are kept.
+        Interrupted: by Ctrl-C; ``resume`` continues.
     """
     from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test
 
-    path = None if run is None else Path(run)
-    goals_file = Path(goals) if isinstance(goals, str | Path) else None
+    path = None if run is None else _as_path(run, "run")
+    result = _as_path(out, "out")
+    goals_file = Path(goals) if isinstance(goals, str | os.PathLike) else None
     plan = plan_test(
         controller=_named(controller),
         run=path,
@@ -167,60 +185,76 @@ def run_extrinsic(
         goals=goals,
         condition=condition,
         objects=objects,
-        scene=None if scene is None else str(scene),
+        scene=None if scene is None else str(_as_path(scene, "scene")),
         seed=seed,
         settings=settings,
-        backend=_backend(isolate, [Path(out), path, goals_file]),
+        backend=_backend(isolate, [result, path, goals_file]),
         trial_steps=TRIAL_STEPS if trial_steps is None else trial_steps,
         wanted=learned,
     )
     n_trials = len(plan.goal_set) if trials is None else trials
-    phase = ExtrinsicPhase(plan, n_trials, Path(out), jobs)
+    phase = ExtrinsicPhase(plan, n_trials, result, jobs)
+    if progress:
+        from real_bench.cli.running import run_trials
+
+        return run_trials(phase, resume=resume, overwrite=overwrite)
     return phase.run(_ignore, resume=resume, overwrite=overwrite)
 
 
-def run_experiment(spec: PathLike, *, jobs: int | None = None, make: bool = True) -> list[Row]:
+@speaks_python
+def run_experiment(
+    spec: PathLike, *, jobs: int | None = None, make: bool = True, progress: bool = True
+) -> list[Row]:
     """Run an experiment as ``realbench table`` does; returns the rows of its table.
 
     Args:
         spec: the experiment's YAML file.
         jobs: how many plays and tests at once; by default one per core.
         make: run what is missing; otherwise only existing results count.
+        progress: show it on standard error.
 
     Raises:
         ExperimentError: it is invalid, or a play or test failed.
+        Interrupted: by Ctrl-C; finished plays and tests are kept.
     """
+    from functools import partial
+
+    from real_bench.cli.working import with_progress
     from real_bench.errors import ExperimentError, in_short
     from real_bench.experiments import read_spec
     from real_bench.experiments.running import Experiment
 
-    experiment = Experiment(read_spec(Path(spec)), jobs)
+    experiment = Experiment(read_spec(_as_path(spec, "spec")), jobs)
     if make:
         with experiment.lock_folder():
             experiment.prepare()
             work, failures = experiment.missing(), {}
             if len(work):
                 experiment.check(work)
-                failures = experiment.make(work, _ignore)
+                run = partial(experiment.make, work)
+                failures = with_progress(work, run) if progress else run(_ignore)
         if failures:
             raise ExperimentError(in_short([failure.detail for failure in failures.values()]))
     return experiment.rows()
 
 
+@speaks_python
 def load_goals(path: PathLike) -> GoalSet:
     """Read a goal set; raises GoalSetError if it is not one."""
     from real_bench.goal_sets import load_goal_set
 
-    return load_goal_set(Path(path))
+    return load_goal_set(_as_path(path, "path"))
 
 
+@speaks_python
 def load_result(path: PathLike) -> Result:
     """Read a result; raises ResultError if it is not one, or was altered."""
     from real_bench.scoring.result import load_result
 
-    return load_result(Path(path))
+    return load_result(_as_path(path, "path"))
 
 
+@speaks_python
 def score(
     results: Results,
     *,
@@ -231,7 +265,8 @@ def score(
     """Judge results as ``realbench score`` does: complete, of full length, good enough?
 
     Args:
-        results: of one controller, or their files; results on the same goal set are repeats.
+        results: of one controller, or their files, a folder of them, or a pattern; results on the
+            same goal set are repeats.
         minimum: the lowest mean score that passes.
         baseline: results on the same goals; the others must not be worse beyond chance.
         allow_part: also pass a finished test of only a part of the goals.
@@ -254,8 +289,13 @@ def score(
     )
 
 
+@speaks_python
 def compare(a: Results, b: Results) -> Comparison:
     """Compare two sets of results goal by goal, as ``realbench compare`` does.
+
+    Args:
+        a: results or their files, a folder of them, or a pattern.
+        b: the same, of the others.
 
     Raises:
         ResultError: scene, number of objects, length or goals differ, or a file is no result.
@@ -265,8 +305,10 @@ def compare(a: Results, b: Results) -> Comparison:
     return compare(_as_list(a), _as_list(b))
 
 
+@speaks_python
 def draw_figures(
-    recordings: PathLike | Sequence[PathLike] = (), results: PathLike | Sequence[PathLike] = ()
+    recordings: PathLike | Recording | Sequence[PathLike | Recording] = (),
+    results: PathLike | Sequence[PathLike] = (),
 ) -> dict[str, Figure]:
     """The paper's figures for which files have the data, by name, as ``realbench figures``.
 
@@ -275,9 +317,8 @@ def draw_figures(
     """
     from real_bench.figures import FIGURES, FigureOptions, read_figure_data
 
-    played, tested = (
-        [Path(each) for each in _as_sequence(given)] for given in (recordings, results)
-    )
+    played = [_as_path(each, "a recording") for each in _as_sequence(recordings)]
+    tested = [_as_path(each, "a result") for each in _as_sequence(results)]
     material = read_figure_data(played, tested, FigureOptions())
     drawn = {kind.name: kind.draw(material) for kind in FIGURES}
     return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
@@ -304,22 +345,35 @@ def _backend(isolate: bool, secrets: Sequence[Path | None]) -> Any:
     return SandboxBackend(tuple(path for path in secrets if path is not None))
 
 
+def _as_path(given: object, what: str) -> Path:
+    """The path that was given, or that of a recording."""
+    if isinstance(given, str | os.PathLike):
+        return Path(given)
+    from real_bench.numeric import short
+    from real_bench.recording import Recording
+
+    if isinstance(given, Recording):
+        return given.path
+    raise RealBenchError(f"{what} must be a path, not {short(given)}")
+
+
 def _as_list(results: Results) -> list[Result]:
     several = _as_sequence(results)
     if not several:
         raise ResultError("no results were given")
-    return [_as_result(each) for each in several]
+    return [result for each in several for result in _as_results(each)]
 
 
-def _as_result(given: object) -> Result:
+def _as_results(given: object) -> list[Result]:
     from real_bench.numeric import short
+    from real_bench.scoring.named import read_results
     from real_bench.scoring.result import Result
 
-    if isinstance(given, str | Path):
-        return load_result(given)
-    if not isinstance(given, Result):
+    if isinstance(given, Result):
+        return [given]
+    if not isinstance(given, str | os.PathLike):
         raise ResultError(f"a result must be a Result or its file, not {short(given)}")
-    return given
+    return read_results(os.fspath(given))
 
 
 def _as_sequence(values: Any) -> Sequence[Any]:

@@ -7,11 +7,9 @@ import zipfile
 from contextlib import suppress
 from pathlib import Path
 
+from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, GOAL_SET, RECORDING, RESULT
 from real_bench.goal_sets.official import PICKLED_FROM
-from real_bench.recording.schema import FORMAT as RECORDING
-from real_bench.scoring.result_file import FORMAT as RESULT
-
-FIRST_BYTES = 4096
+from real_bench.recording.schema import FORMAT
 
 
 def is_benchmark_file(path: Path) -> bool:
@@ -24,16 +22,16 @@ def is_benchmark_file(path: Path) -> bool:
     try:
         with path.open("rb") as file:
             first = file.read(FIRST_BYTES)
-            if first.startswith(b"\x89HDF"):
+            if RECORDING.begins(first):
                 with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as whole:
-                    return whole.find(RECORDING.encode()) >= 0
-        if first.startswith(b"PK"):
+                    return whole.find(FORMAT.encode()) >= 0
+        if ARCHIVE.begins(first):
             return PICKLED_FROM.encode() in _first_of_archive(path)
     except OSError:  # nobody can read it, so the controller cannot either
         return False
-    if first.startswith(b"\x93NUMPY"):
+    if GOAL_SET.begins(first):
         return b"scene_sha256" in first
-    return first.lstrip().startswith(b"{") and RESULT.encode() in first
+    return RESULT.begins(first.lstrip())
 
 
 def _first_of_archive(path: Path) -> bytes:

@@ -24,7 +24,9 @@ def blame(error: BaseException, place: Path | None = None) -> str:
         return f"{error.filename}, line {error.lineno}: {error.msg}"
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if _is_in(frame.filename, place)] or list(frames)
-    where = f"{_line(own[-1])}: " if own else ""
+    if place is not None and all(_is_in(frame.filename, OURS) for frame in own):
+        own = []  # it could not even be called
+    where = f"{_line(own[-1])}: " if own else f"{place}: " if place else ""
     text = " ".join(str(error).split())
     sentence = f"{where}{type(error).__name__}{': ' if text else ''}{text}"
     if own and frames[-1] is not own[-1] and not _is_in(frames[-1].filename, OURS):

@@ -40,6 +40,7 @@ At play a controller may log numbers with ``self.log("loss", x)``; they are reco
 
 A class with an attribute ``Settings`` (derived from :class:`real_bench.settings.Settings`) is
 created with a third argument, a record of that class; users set its values by ``--set name=value``.
+:class:`Controller` keeps it as ``self.settings``.
 
 A controller sees observations and spaces, never the simulation, the goal file or the score.
 """
@@ -115,9 +116,14 @@ class Controller(BasePolicy):
         learns_across_trials: true for a controller that keeps learning from one trial to the next.
             It is then tested in one process, goal after goal; any other controller meets every goal
             as the intrinsic phase left it.
+        settings: the values of its ``Settings``; None without such a class.
     """
 
     learns_across_trials = False
+
+    def __init__(self, action_space: Any, observation_space: Any, settings: Any = None) -> None:
+        super().__init__(action_space, observation_space)
+        self.settings = settings
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         """The next action; see :class:`real_bench.actions.Action` for how to make one.

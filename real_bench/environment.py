@@ -17,6 +17,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, SceneError
 from real_bench.goal_sets import Goal, GoalSet, as_goal_set
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.numeric import short
 from real_bench.observation import Observation
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
@@ -106,7 +107,7 @@ class RealEnv(OneWorldEnv):
         super().reset(seed=seed)
         if seed is not None and self._goal_set is not None:
             self._next_goals = cycle(self._goal_set.goals)
-        self._task.begin(self._choose_goal(options or {}))
+        self._task.begin(self._choose_goal({} if options is None else options))
         return self._task.observe().now(), {}
 
     def step(
@@ -142,6 +143,8 @@ class RealEnv(OneWorldEnv):
         self._task.close()
 
     def _choose_goal(self, options: Mapping[str, Any]) -> Goal | None:
+        if not isinstance(options, Mapping) or set(options) - {"goal"}:
+            raise RealBenchError(f'options of reset() may be {{"goal": k}}, not {short(options)}')
         if self._goal_set is None:
             if "goal" in options:
                 raise RealBenchError("there is no goal to choose from: give the environment goals")

@@ -82,8 +82,18 @@ class ExperimentError(RealBenchError):
     """An experiment that is invalid, or whose files belong to something else."""
 
 
-class Interrupted(RealBenchError):  # noqa: N818  a wish, not a fault
-    """The user asked to stop; everything up to here is kept."""
+class Interrupted(KeyboardInterrupt):
+    """The user asked to stop; everything up to here is kept.
+
+    It is no :class:`RealBenchError`, so that whoever catches those and goes on does not go on here.
+
+    Attributes:
+        can_resume: whether ``resume`` continues.
+    """
+
+    def __init__(self, message: str, *, can_resume: bool = False) -> None:
+        super().__init__(message)
+        self.can_resume = can_resume
 
 
 def in_short(reasons: Sequence[str], most: int = 3) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from real_bench.errors import RealBenchError
+from real_bench.file_kinds import FIRST_BYTES, FileKind
 
 MOUNTS = Path("/proc/self/mountinfo")
 KINDS = {
@@ -84,9 +85,21 @@ def file_sha256(path: Path) -> str:
 
 
 def check_output(
-    path: Path, *, overwrite: bool, remedy: str = "--overwrite", instead: str = "another --out"
+    path: Path,
+    *,
+    overwrite: bool,
+    kind: FileKind | None = None,
+    remedy: str = "--overwrite",
+    instead: str = "another --out",
 ) -> None:
     """Check before any work that a file can be written.
+
+    Args:
+        path: the file.
+        overwrite: it may replace one that exists.
+        kind: of the file; one of another kind is never replaced, unless it is empty.
+        remedy: what lets it replace one, for the message.
+        instead: what else to do, for the message.
 
     Raises:
         OutputError: it exists and must not be overwritten, cannot be replaced, or is not a file.
@@ -99,8 +112,19 @@ def check_output(
             if not overwrite:
                 raise OutputError(f"{path} exists: use {remedy}, or {instead}")
             _check_replaceable(path, status)
+            if kind is not None and not is_of_kind(path, kind):
+                raise OutputError(
+                    f"{path} is no {kind.name}, so it is not overwritten: use {instead}"
+                )
         parent = real_path(path).parent if path.is_symlink() else path.parent
     check_folder(parent)
+
+
+def is_of_kind(path: Path, kind: FileKind) -> bool:
+    """Whether a file is, by its first bytes, or is empty."""
+    with path.open("rb") as file:
+        first = file.read(FIRST_BYTES)
+    return not first or kind.begins(first)
 
 
 def check_folder(folder: Path, *, make: bool = False) -> None:

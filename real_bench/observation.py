@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from real_bench.errors import ControllerError
+from real_bench.nearest import nearest
 
 CAMERA_KEYS = frozenset({"retina", "depth", "mask"})
+ONLY_IN_O = ("mask", "goal_mask", "object_positions", "object_orientations", "goal_positions")
 GOAL_KEYS = frozenset({"goal", "goal_mask", "goal_positions"})
+
+
+def missing_key(error: KeyError, keys: Sequence[str]) -> str:
+    """What observations hold, for the message of a controller that asked for something like it.
+
+    Args:
+        error: what its code raised.
+        keys: of observations in its condition.
+    """
+    key = error.args[0] if error.args else None
+    if not isinstance(key, str) or key in keys:
+        return ""
+    if nearest(key, [*keys, *ONLY_IN_O]) is None:
+        return ""
+    more = "; only conditions with O have it" if key in ONLY_IN_O else ""
+    return f" (an observation here has {', '.join(keys)}{more})"
 
 
 class Observation(Mapping[str, Any]):

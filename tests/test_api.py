@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,10 +14,12 @@ import pytest
 
 import real_bench
 from real_bench.errors import RealBenchError, RecordingError, ResultError
+from real_bench.files import OutputError
 from real_bench.goal_sets import save_goal_set
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
-from tests.cli.shell import tiny_goals
+from tests.cli.shell import heed_ctrl_c, tiny_goals
+from tests.recording.bench import PATIENCE_S, wait_until
 
 
 def test_help_is_a_table_of_contents() -> None:
@@ -60,6 +63,12 @@ def test_no_results_are_an_error(judge: Callable[[list[Result]], object]) -> Non
             for name in ("steps", "seed", "objects")
             for value, name_of in ((2000.5, "2000.5"), ("1", "str '1'"), (-1, "not -1"))
         ),
+        (lambda: real_bench.run_intrinsic("real_r", out=None), "out must be a path, not NoneType"),
+        (lambda: real_bench.run_intrinsic("real_r", scene=3), "scene must be a path, not int 3"),
+        (lambda: real_bench.run_extrinsic(run=5), "run must be a path, not int 5"),
+        (lambda: real_bench.run_experiment(5), "spec must be a path, not int 5"),
+        (lambda: real_bench.score("*.json"), "no result found in .*json"),
+        (lambda: real_bench.Recording("."), "is a folder, not a recording"),
         (lambda: real_bench.run_intrinsic("real_r", condition=5), "unknown condition 5"),
         (lambda: real_bench.run_intrinsic("real_r", settings=5), "must be a dict.*not int 5"),
         (lambda: real_bench.run_extrinsic("real_r", trials=2.5), "trials.*from 1 to 50, not 2.5"),
@@ -108,7 +117,7 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
             read()
     experience = real_bench.Experience(run, "OM")
     assert len(experience) == 3
-    test = {"run": run, "goals": goals, "trial_steps": 1000, "out": out}
+    test = {"run": recording, "goals": goals, "trial_steps": 1000, "out": out}
     result = real_bench.run_extrinsic("real_d", **test)
     assert result == real_bench.load_result(out)
     assert repr(result) == f"<Result of real_d, OM, 1 object: {result.score:.3f}, 2 goals>"
@@ -124,7 +133,10 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     told = repr(real_bench.compare(result, other))
     assert told.startswith(f"<Comparison of scores, A - B: {result.score:.3f} - {other.score:.3f}")
     assert real_bench.compare(out, [tmp_path / "other.json"]) == real_bench.compare(result, other)
-    drawn = real_bench.draw_figures([run], [out])
+    assert real_bench.compare(tmp_path / "s*.json", tmp_path / "other.json").metrics
+    with pytest.raises(ResultError, match="controller real_d and real_r"):
+        real_bench.score(tmp_path)
+    drawn = real_bench.draw_figures(recording, [out])
     assert {"effective-actions", "score-by-goal"} <= drawn.keys()
     again = real_bench.draw_figures(results=[out])
     assert "score-by-goal" in again
@@ -144,6 +156,55 @@ def test_seeds_and_numbers_may_be_numpys(builtin_scene: Scene, tmp_path: Path) -
     result = real_bench.run_extrinsic("real_d", **test, **numbers, out=out)
     assert result == real_bench.load_result(out)
     assert (result.setting.seed, result.setting.trial_steps) == (4, 1000)
+
+
+def test_no_output_replaces_a_file_of_another_kind(builtin_scene: Scene, tmp_path: Path) -> None:
+    """Least of all an input."""
+    run, goals, code = (tmp_path / name for name in ("run.h5", "goals.npy", "mine.py"))
+    save_goal_set(tiny_goals(builtin_scene), goals)
+    code.write_text("from real_bench.controllers.real_r import RealR\n")
+    play = {"condition": "OM", "scene": "builtin", "steps": 1000}
+    real_bench.run_intrinsic("real_r", **play, out=run).close()
+    before = {file: file.read_bytes() for file in (run, goals, code)}
+    for replaced in (run, goals, code):
+        with pytest.raises(
+            OutputError, match="is no result, so it is not overwritten: use another"
+        ):
+            real_bench.run_extrinsic(run=run, goals=goals, out=replaced, overwrite=True)
+    for replaced in (goals, code):
+        with pytest.raises(OutputError, match="is no recording, so it is not overwritten"):
+            real_bench.run_intrinsic(str(code), **play, out=replaced, overwrite=True)
+    assert {file: file.read_bytes() for file in before} == before
+    (tmp_path / "empty.h5").touch()
+    real_bench.run_intrinsic("real_r", **play, out=tmp_path / "empty.h5", overwrite=True).close()
+
+
+SWEEP = """
+import real_bench
+for seed in range(3):
+    try:
+        real_bench.run_intrinsic(
+            "real_r", condition="OM", scene="builtin", steps=100_000_000, seed=seed,
+            out=f"{seed}.h5", progress=PROGRESS,
+        )
+    except real_bench.RealBenchError as error:
+        print("failed", error)
+"""
+
+
+@pytest.mark.parametrize("progress", [True, False])
+def test_ctrl_c_stops_a_sweep_that_goes_on_after_errors(tmp_path: Path, progress: bool) -> None:
+    (tmp_path / "sweep.py").write_text(SWEEP.replace("PROGRESS", str(progress)))
+    command = [sys.executable, "sweep.py"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, preexec_fn=heed_ctrl_c
+    ) as process:
+        wait_until((tmp_path / "0.h5").exists)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode != 0
+    assert "real_bench.errors.Interrupted: stopped " in told
+    assert {file.name for file in tmp_path.glob("*.h5")} <= {"0.h5"}
 
 
 def test_errors_derive_from_real_bench_error(tmp_path: Path) -> None:

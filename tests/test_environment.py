@@ -121,6 +121,9 @@ def test_trial_shows_its_goal_ends_in_time_and_is_scored(goals: GoalSet) -> None
             assert not terminated
             assert truncated == (step == 20)
         assert 0 < info["score"] < 0.2
+    for wrong in ({"gaol": 1}, [1]):
+        with pytest.raises(RealBenchError, match=r"options of reset\(\) may be"):
+            env.reset(options=wrong)
     again, _ = env.reset(options={"goal": 1})
     assert np.array_equal(again["goal"], goals.goals[1].retina)
     env.close()

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import importlib
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from real_bench.cli.common import Common, HelpfulGroup, traceback_of, with_common_options
+from real_bench.cli.common import (
+    Common,
+    HelpfulGroup,
+    meant_option,
+    traceback_of,
+    with_common_options,
+)
 from real_bench.version import __version__
+
+if TYPE_CHECKING:
+    from real_bench.errors import Interrupted
 
 COMMANDS = {
     "intrinsic": "play freely and record it",
@@ -41,6 +50,13 @@ Example:
 """
 
 
+class Stopped(Exception):  # noqa: N818  a wish, not a fault
+    """A command that the user stopped."""
+
+    def __init__(self, stop: Interrupted) -> None:
+        super().__init__(f"{stop}{': repeat the command with --resume' if stop.can_resume else ''}")
+
+
 class LazyGroup(HelpfulGroup):
     """A group that knows its commands' names and imports a command when it is called."""
 
@@ -54,6 +70,15 @@ class LazyGroup(HelpfulGroup):
             return None
         module = importlib.import_module(f"real_bench.cli.{name}")
         return with_common_options(cast(click.Command, getattr(module, name)))
+
+    def invoke(self, context: click.Context) -> Any:
+        """Run a command; click would take the wish to stop for one to abort."""
+        from real_bench.errors import Interrupted
+
+        try:
+            return super().invoke(context)
+        except Interrupted as stop:
+            raise Stopped(stop) from stop
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands without importing them."""
@@ -76,7 +101,7 @@ def main(arguments: list[str] | None = None) -> Any:
     """Run the command line; an expected error ends it with one line and a non-zero exit code."""
     from real_bench.cli import streams
     from real_bench.cli.printing import log_on_stderr
-    from real_bench.errors import Interrupted, RealBenchError
+    from real_bench.errors import RealBenchError
 
     streams.make_usable()
     log_on_stderr()
@@ -89,10 +114,10 @@ def main(arguments: list[str] | None = None) -> Any:
         command = (
             error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else ""
         )
-        hint = f" (see `{command} --help`)" if command else ""
+        hint = f"{meant_option(error)} (see `{command} --help`)" if command else ""
         streams.end(f"error: {error.format_message()}{hint}", error.exit_code)
-    except Interrupted as error:
-        streams.end(str(error), 130)
+    except Stopped as stopped:
+        streams.end(str(stopped), 130)
     except RealBenchError as error:
         streams.end(f"error: {error}", error.exit_code)
     except OSError as error:
@@ -107,12 +132,10 @@ def main(arguments: list[str] | None = None) -> Any:
 def _invoke(arguments: list[str] | None, common: Common) -> Any:
     """Run the command; with --traceback, print the traceback of an expected error."""
     from real_bench.cli.printing import say
-    from real_bench.errors import Interrupted, RealBenchError
+    from real_bench.errors import RealBenchError
 
     try:
         return cli.main(args=arguments, prog_name="realbench", standalone_mode=False, obj=common)
-    except Interrupted:
-        raise
     except (RealBenchError, OSError, UnicodeError) as error:
         if common.traceback:
             say(traceback_of(error), err=True)

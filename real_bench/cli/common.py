@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+import re
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import click
@@ -55,6 +57,16 @@ def progress_wanted() -> bool:
     return common is None or common.progress
 
 
+def meant_option(error: click.ClickException) -> str:
+    """What to write instead of a file that a command takes by an option alone; empty otherwise."""
+    extra = re.search(r"unexpected extra arguments? \((\S+?)\)?(?: |$)", error.format_message())
+    if extra is None or not isinstance(error, click.UsageError) or error.ctx is None:
+        return ""
+    option = _OPTION_FOR.get(Path(extra[1]).suffix, "")
+    known = {name for each in error.ctx.command.params for name in each.opts}
+    return f", did you mean {option} {extra[1]}?" if option in known else ""
+
+
 def traceback_of(error: BaseException) -> str:
     """The traceback of an error, with its causes, from whatever process."""
     return "".join(traceback.format_exception(error)).rstrip()
@@ -73,6 +85,8 @@ def _store_flag(value: bool) -> Callable[[click.Context, click.Parameter, bool],
 
     return store
 
+
+_OPTION_FOR = {".py": "--controller", ".h5": "--run", ".npy": "--goals", ".yaml": "--settings"}
 
 _OPTIONS = (
     _flag(

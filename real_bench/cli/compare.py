@@ -28,9 +28,9 @@ def compare(a: str, b: str, as_json: bool) -> None:
     and the probability that A is better than B on a goal, both with a 95% interval over goals: what
     to expect on other goals, not after other plays.
     """
-    from real_bench.cli.reading import read_results
     from real_bench.physics import mixture, physics_of
     from real_bench.scoring.comparison import compare as compare_results
+    from real_bench.scoring.named import read_results
     from real_bench.scoring.one_test import mixed_sources, sources_of
     from real_bench.scoring.table import comparison_table
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from real_bench import defaults
 from real_bench.cli import options, running
@@ -33,10 +34,17 @@ Example:
     help="The recording of the play, to be written.",
 )
 @click.option("--out", type=options.FILE, default=defaults.RESULT, show_default=True)
-@options.overwrite_option
+@click.option(
+    "--overwrite",
+    is_flag=True,
+    help="Replace the result if it exists, and the recording if --run names it.",
+)
 @options.json_option
 @options.isolation_options()
+@click.pass_context
 def evaluate(
+    context: click.Context,
+    /,
     goals: Path | None,
     trials: int | None,
     trial_steps: int,
@@ -52,15 +60,30 @@ def evaluate(
     keeps learning from trial to trial sets learns_across_trials. For a controller with get_state()
     and set_state(), use intrinsic and extrinsic instead.
     """
+    from real_bench.errors import Interrupted
+    from real_bench.file_kinds import RECORDING, RESULT
     from real_bench.files import check_output
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test_after
 
+    is_named = context.get_parameter_source("run") is ParameterSource.COMMANDLINE
+    if overwrite and not is_named and run.exists():
+        raise click.UsageError(
+            f"{run} exists, and --overwrite replaces it only if it is named: add --run {run}"
+        )
     phase = running.plan_from_options(run, secrets=[out, goals], **given)
     plan = plan_test_after(phase, goals, trial_steps)
     test = ExtrinsicPhase(plan, running.n_trials_requested(trials, plan, allow_part=True), out)
-    check_output(run, overwrite=overwrite, instead="another --run")
-    check_output(out, overwrite=overwrite)
-    proxy = running.play(phase, resume=False, overwrite=overwrite)
+    check_output(run, overwrite=overwrite, kind=RECORDING, instead="another --run")
+    check_output(out, overwrite=overwrite, kind=RESULT)
+    try:
+        proxy = running.play(phase, resume=False, overwrite=overwrite)
+    except Interrupted as stop:
+        if not stop.can_resume:
+            raise
+        raise Interrupted(
+            f"{stop} in {run}; the controller was in memory: if it has get_state() or "
+            f"use_experience(), go on with `realbench intrinsic --out {run} --resume`"
+        ) from stop
     result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)
     running.show_result(result, out, as_json=as_json)

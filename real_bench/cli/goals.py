@@ -114,6 +114,7 @@ def generate(
     Publish the commitment before the competition and that file after it; then anybody can check
     the goals with `realbench goals open`.
     """
+    from real_bench.file_kinds import GOAL_SET
     from real_bench.files import check_output
     from real_bench.goal_sets import save_goal_set
     from real_bench.simulation import load_scene
@@ -123,7 +124,7 @@ def generate(
         raise click.UsageError("--2d, --25d and --3d are all 0: ask for at least one goal")
     if secret and context.get_parameter_source("seed") is ParameterSource.COMMANDLINE:
         raise click.UsageError("--secret draws a seed: leave out --seed")
-    check_output(out, overwrite=overwrite)
+    check_output(out, overwrite=overwrite, kind=GOAL_SET)
     if secret:
         return _generate_secret(load_scene(scene), objects, counts, out, overwrite=overwrite)
     goal_set = _generate_with_progress(load_scene(scene), objects, seed, counts)
@@ -202,11 +203,12 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
 
     The file is a pickle; it is read as data, and no code in it is run.
     """
+    from real_bench.file_kinds import GOAL_SET
     from real_bench.files import check_output
     from real_bench.goal_sets import import_official, save_goal_set
     from real_bench.simulation import load_scene
 
-    check_output(out, overwrite=overwrite)
+    check_output(out, overwrite=overwrite, kind=GOAL_SET)
     goal_set = import_official(official, load_scene(scene))
     save_goal_set(goal_set, out)
     _report(goal_set, out)

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import click
 
-RECORDING, GOAL_SET, RESULT, EXPERIMENT = "recording", "goal set", "result", "experiment"
+from real_bench import file_kinds
 
-_SIGNS: dict[str, tuple[str, bytes | None]] = {
-    RECORDING: (".h5", b"\x89HDF"),
-    GOAL_SET: (".npy", b"\x93NUMPY"),
-    RESULT: (".json", b"{"),
-    EXPERIMENT: (".yaml", None),
-}
+_KINDS = (file_kinds.RECORDING, file_kinds.GOAL_SET, file_kinds.RESULT)
+
+RECORDING, GOAL_SET, RESULT = (kind.name for kind in _KINDS)
+EXPERIMENT = "experiment"
+
+_EXPERIMENT_SUFFIX = ".yaml"
 
 
 def kind_of(file: Path) -> str:
@@ -26,18 +26,19 @@ def kind_of(file: Path) -> str:
     first = b""
     if file.is_file():
         with file.open("rb") as opened:
-            first = opened.read(8)
-        if file.suffix == _SIGNS[EXPERIMENT][0]:  # may be written as JSON, as a result is
+            first = opened.read(file_kinds.FIRST_BYTES)
+        if file.suffix == _EXPERIMENT_SUFFIX:  # may be written as JSON, as a result is
             return EXPERIMENT
-    for kind, (_, magic) in _SIGNS.items():
-        if magic is not None and first.startswith(magic):
-            return kind
-    for kind, (suffix, _) in _SIGNS.items():
-        if file.suffix == suffix:
-            return kind
+    for kind in _KINDS:
+        if first.startswith(kind.magic):  # JSON of something else gets a message of its own
+            return kind.name
+    suffixes = {_EXPERIMENT_SUFFIX: EXPERIMENT, **{kind.suffix: kind.name for kind in _KINDS}}
+    if file.suffix in suffixes:
+        return suffixes[file.suffix]
     if not file.exists():
         raise click.UsageError(f"file not found: {file}")
-    raise click.UsageError(f"{file} is none of: {', '.join(_SIGNS)}")
+    names = ", ".join((RECORDING, GOAL_SET, RESULT, EXPERIMENT))
+    raise click.UsageError(f"{file} is none of: {names}")
 
 
 def by_kind(files: Sequence[Path], *wanted: str) -> dict[str, list[Path]]:

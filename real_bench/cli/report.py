@@ -37,6 +37,7 @@ Example:
     metavar="DIR",
     help="Folder with films of the trials, if there is one result.",
 )
+@options.scene_option
 @click.option("--released", is_flag=True, help="Show secret goals.")
 @options.overwrite_option
 def report(
@@ -45,6 +46,7 @@ def report(
     title: str,
     goals: tuple[Path, ...],
     videos: Path | None,
+    scene: str | None,
     released: bool,
     overwrite: bool,
 ) -> None:
@@ -53,11 +55,12 @@ def report(
     FILES are experiments (.yaml), shown as a table; results (.json), shown with start, goal and end
     of every trial; and recordings (.h5). Every figure whose data they hold is drawn.
     """
+    from real_bench.file_kinds import REPORT
     from real_bench.files import check_output
     from real_bench.report import write_report
 
-    check_output(out, overwrite=overwrite)
-    made = _make_report(files, title, goals, videos, released=released)
+    check_output(out, overwrite=overwrite, kind=REPORT)
+    made = _make_report(files, title, goals, videos, scene, released=released)
     write_report(made, out)
     for remark in made.remarks:
         say(f"realbench: {remark}", err=True)
@@ -69,6 +72,7 @@ def _make_report(
     title: str,
     goals: Sequence[Path],
     videos: Path | None,
+    scene: str | None,
     *,
     released: bool,
 ) -> Report:
@@ -83,6 +87,7 @@ def _make_report(
         goals,
         videos,
         released,
+        scene,
     )
     with ProgressDisplay("picturing results", "results", len(sources.results)) as display:
         return make_report(sources, title, display.update)

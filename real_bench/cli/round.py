@@ -161,9 +161,10 @@ def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
     """
     from real_bench.competition.codabench import write_bundle
     from real_bench.competition.spec import read_competition
+    from real_bench.file_kinds import ARCHIVE
     from real_bench.files import check_output
 
-    check_output(out, overwrite=overwrite)
+    check_output(out, overwrite=overwrite, kind=ARCHIVE)
     for name in write_bundle(read_competition(spec), out, image):
         say(f"  {name}")
     say(f"{out}: holds the goals; keep it secret")

@@ -85,9 +85,9 @@ def score(
     interval over goals of the difference is not all negative. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
-    from real_bench.cli.reading import read_results
     from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
+    from real_bench.scoring.named import read_results
 
     test_options = _given_test_options(context)
     if files and test_options:

@@ -130,6 +130,7 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
 
     The same files give the same archive.
     """
+    from real_bench.file_kinds import ARCHIVE
     from real_bench.files import check_output, real_path
     from real_bench.source import ControllerSource
     from real_bench.submissions.packing import pack as pack_submission
@@ -138,7 +139,7 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
     archive = out or place.with_name(f"{place.name}.zip")
     if real_path(archive).is_relative_to(place):
         raise click.UsageError(f"{archive} is in the folder that is packed: give another --out")
-    check_output(archive, overwrite=overwrite)
+    check_output(archive, overwrite=overwrite, kind=ARCHIVE)
     files = pack_submission(folder, archive)
     for file in files:
         say(f"  {file.relative_to(place)}")

@@ -12,6 +12,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import say
+from real_bench.file_kinds import FIRST_BYTES, RECORDING
 
 if TYPE_CHECKING:
     from real_bench.verification import RecordingVerdict, ResultVerdict
@@ -30,7 +31,6 @@ judged here.
 """
 
 DOES_NOT_VERIFY, OTHER_PHYSICS = 4, 5
-HDF5 = b"\x89HDF"
 
 KINDS: dict[str, tuple[str, ...]] = {
     "result": ("goals", "run", "controller", "may_be_incomplete", "jobs"),
@@ -141,7 +141,8 @@ def _kind(file: Path) -> str:
     if not file.is_file():
         return "recording" if file.suffix in (".h5", ".hdf5") else "result"
     with file.open("rb") as opened:
-        return "recording" if opened.read(len(HDF5)) == HDF5 else "result"
+        is_recording = RECORDING.begins(opened.read(FIRST_BYTES))
+    return "recording" if is_recording else "result"
 
 
 def _verdict(file: Path, is_recording: bool, **wanted: Any) -> RecordingVerdict | ResultVerdict:

@@ -20,6 +20,8 @@ from real_bench.errors import (
     RealBenchError,
     in_short,
 )
+from real_bench.file_kinds import RECORDING, RESULT, FileKind
+from real_bench.files import is_of_kind
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
@@ -148,6 +150,7 @@ class PlayJob(_Job):
             settings=self.settings,
             backend=self.backend,
         )
+        _remove_damaged(self.out, RECORDING)
         phase.run(
             lambda progress: report(progress.n_steps),
             resume=self.resume,
@@ -207,12 +210,19 @@ class ScoringJob(_Job):
         def update(result: Result) -> None:
             report(len(result.trials) * self.trial_steps)
 
+        _remove_damaged(self.out, RESULT)
         try:
             phase.run(update, resume=True, activity=activity)
         except (
             NotResumableError
         ):  # damaged, begun by other code, or by a controller that cannot go on
             phase.run(update, overwrite=True, activity=activity)
+
+
+def _remove_damaged(path: Path, kind: FileKind) -> None:
+    """Remove what the plan has agreed to replace, though no other command would."""
+    if path.is_file() and not is_of_kind(path, kind):
+        path.unlink()
 
 
 Job = PlayJob | ScoringJob

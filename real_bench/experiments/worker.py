@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
-from real_bench.errors import RealBenchError
+from real_bench.errors import Interrupted, RealBenchError
 from real_bench.experiments.jobs import job_from_json
 from real_bench.parent import exit_after
 
@@ -82,7 +82,7 @@ def main() -> None:
     threading.Thread(target=channel.report_while_busy, daemon=True).start()
     try:
         job.do(channel.report, channel.activity)
-    except RealBenchError as error:
+    except (RealBenchError, Interrupted) as error:
         traceback.print_exc()  # into the job's log
         channel.send(failed=str(error), kind=type(error).__name__)
     else:

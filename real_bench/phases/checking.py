@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.controls import CONTROLS
-from real_bench.errors import ControllerDeclinedError, RealBenchError
+from real_bench.errors import ControllerDeclinedError, Interrupted, RealBenchError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.locks import temporary_folder
 from real_bench.phases.extrinsic import ExtrinsicPhase
@@ -87,6 +87,8 @@ class ControllerCheck:
                 yield from self._check_play(task, identity)
         except RealBenchError as error:
             yield Finding("fails", False, str(error))
+        except Interrupted as stop:  # nothing of a check is kept
+            raise Interrupted("stopped") from stop
 
     def _check_play(self, task: Task, identity: Identity) -> Iterator[Finding]:
         with self._proxy(task) as proxy:

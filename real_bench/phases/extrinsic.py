@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from real_bench.errors import Interrupted, ResultError
+from real_bench.file_kinds import RESULT
 from real_bench.files import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.locks import write_lock
@@ -81,7 +82,7 @@ class ExtrinsicPhase:
             ControllerError: the controller failed; earlier trials are kept.
             RealBenchError: anything else that is wrong, before or while it runs.
         """
-        check_output(self.out, overwrite=True)  # can it be written at all?
+        check_output(self.out, overwrite=True, kind=RESULT)  # can it be written at all?
         self.plan.check_outputs()
         if proxy is None:
             self.plan.check_recording()
@@ -96,11 +97,11 @@ class ExtrinsicPhase:
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
-        if not result.is_finished:
-            raise Interrupted(
-                f"stopped after {len(result.trials)} of {self.n_trials} trials; they are in "
-                f"{self.out}{'' if proxy else ': repeat the command with --resume'}"
-            )
+            if not result.is_finished:
+                done = f"{len(result.trials)} of {self.n_trials} trials"
+                raise Interrupted(
+                    f"stopped after {done}; they are in {self.out}", can_resume=proxy is None
+                )
         return result
 
     @property

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.errors import Interrupted, RealBenchError, RecordingError
+from real_bench.file_kinds import RECORDING
 from real_bench.files import check_output
 from real_bench.lengths import LARGEST
 from real_bench.phases.activity import LEARNING, Activity, ignore_activity
@@ -124,7 +125,12 @@ class IntrinsicPhase:
             RealBenchError: anything else that is wrong, before or while it runs.
         """
         resume = resume and self.out.exists()
-        check_output(self.out, overwrite=overwrite or resume, remedy="--resume or --overwrite")
+        check_output(
+            self.out,
+            overwrite=overwrite or resume,
+            kind=RECORDING,
+            remedy="--resume or --overwrite",
+        )
         task = Task(self.scene, self.condition, self.objects)
         try:
             proxy = self.backend.proxy(self.controller, self.settings, task, self._files(resume))
@@ -259,6 +265,12 @@ class _Play:
             raise  # it could not be written before, and cannot now
         except BaseException:
             recorder.write()
+            if recorder.n_steps:
+                log.warning(
+                    "%s steps are recorded in %s: once what fails is mended, --resume continues",
+                    f"{recorder.n_steps:,}",
+                    self._out,
+                )
             raise
         recorder.write()
         if recorder.n_steps == 0:
@@ -266,7 +278,8 @@ class _Play:
         if recorder.n_steps < self._steps:
             raise Interrupted(
                 f"stopped at step {recorder.n_steps:,} of {self._steps:,}; everything up to here "
-                "is recorded: repeat the command with --resume"
+                "is recorded",
+                can_resume=True,
             )
 
     def _play(self, report: OnPlay, stop: StopRequest) -> None:

@@ -31,7 +31,7 @@ from real_bench.finding import (
 )
 from real_bench.independence import shared_through
 from real_bench.logbook import Entry, take_entries
-from real_bench.observation import Observation
+from real_bench.observation import Observation, missing_key
 from real_bench.phases.proxy import NO_FILES, ControllerContext, Identity, fault
 from real_bench.recording import ControllerState, Experience
 from real_bench.settings import check_settings, merged, settings_in_full
@@ -123,6 +123,7 @@ class LocalProxy:
         self.identity = identify(kind, source, settings)
         self._control = context.control
         self._place = source.place
+        self._observed = tuple(context.observation_space.spaces)
         self._has_extended_api = uses_extended_api(kind)
         # Its own spaces: sampling from them is part of its randomness.
         self._action_space = copy.deepcopy(context.action_space)
@@ -259,7 +260,8 @@ class LocalProxy:
             if is_self_explanatory(error, self._place):
                 raise fault(self, str(error), ControllerDeclinedError) from error
             name = getattr(function, "__name__", "it")
-            raise fault(self, f"{name}() failed at {blame(error, self._place)}") from error
+            hint = missing_key(error, self._observed) if isinstance(error, KeyError) else ""
+            raise fault(self, f"{name}() failed at {blame(error, self._place)}{hint}") from error
 
     def _check_signature(self, kind: type[Any], arguments: tuple[Any, ...]) -> None:
         """Report a class that takes the action space alone, as in 2019."""

@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from real_bench.errors import Interrupted
+
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -23,6 +25,9 @@ def stop_requests() -> Iterator[StopRequest]:
     """Turn the first Ctrl-C (or SIGTERM) into a request; a second one interrupts at once.
 
     Outside the main thread signals cannot be handled, and no request is ever made.
+
+    Raises:
+        Interrupted: a request was made and not heeded, since the work was done before.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
@@ -40,3 +45,5 @@ def stop_requests() -> Iterator[StopRequest]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+    if request.requested:
+        raise Interrupted("stopped at the end of the work")

@@ -15,6 +15,8 @@ def open_hdf5(path: Path, mode: str, **options: Any) -> h5py.File:
     of ours. It is not switched off entirely, since then others in this process could not open the
     file in the usual way.
     """
+    if path.is_dir():
+        raise IsADirectoryError("it is a folder")
     try:
         return h5py.File(path, mode, **options)
     except OSError as error:

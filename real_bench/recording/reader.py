@@ -421,6 +421,8 @@ class Recording:
             yield
         except FileNotFoundError as error:
             raise RecordingError(f"recording not found: {self.path}") from error
+        except IsADirectoryError as error:
+            raise RecordingError(f"{self.path} is a folder, not a recording") from error
         except (OSError, LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
             reason = " ".join(str(error).split())
             raise RecordingError(

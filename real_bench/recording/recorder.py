@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.errors import RecordingError
+from real_bench.file_kinds import RECORDING
 from real_bench.files import check_output
 from real_bench.logbook import Entry
 from real_bench.recording.header import Header
@@ -110,7 +111,9 @@ class Recorder:
         """
         file = AppendOnlyFile(path)
         try:
-            check_output(path, overwrite=overwrite, remedy="--resume or --overwrite")
+            check_output(
+                path, overwrite=overwrite, kind=RECORDING, remedy="--resume or --overwrite"
+            )
             file.create(header, command_size, camera)
         except BaseException:
             file.close()

@@ -17,6 +17,7 @@ from real_bench.report.parts import ResultEntry, read_played, read_tested
 from real_bench.report.pictures import data_uri
 from real_bench.scoring.result import load_result
 from real_bench.simulation import load_scene
+from real_bench.simulation.scene import shipped_scenes
 
 Progress = Callable[[int, str], None]
 """Called with the number of results read, and the name of the next."""
@@ -32,6 +33,7 @@ class ReportFiles:
         goals: goal sets of the results, for pictures; the shipped ones are known.
         videos: folder with films of the trials, if there is one result.
         released: whether secret goals may be shown.
+        scene: name or manifest of the results' scene; a shipped one, or a recording's, is found.
     """
 
     experiments: Sequence[Path] = ()
@@ -40,6 +42,7 @@ class ReportFiles:
     goals: Sequence[Path] = ()
     videos: Path | None = None
     released: bool = False
+    scene: str | None = None
 
     def __post_init__(self) -> None:
         if self.videos is not None and len(self.results) != 1:
@@ -59,10 +62,11 @@ def make_report(
                 f"the goals in {file} are secret, and a report would show them: use --released "
                 "once they may be seen"
             )
+    scenes = [] if files.scene is None else [load_scene(files.scene).source]
     tests: list[ResultEntry] = []
     for path in files.results:
         progress(len(tests), path.name)
-        tests.append(read_tested(path, plays, sets, files.videos))
+        tests.append(read_tested(path, plays, sets, files.videos, scenes))
     charts, remarks = _charts(files.recordings, files.results)
     return Report(title, tables, plays, tests, charts, [*remarks, *_missing_pictures(tests)])
 
@@ -131,5 +135,6 @@ def _scene_fault(test: ResultEntry) -> str:
     try:
         load_scene(scene)
     except SceneError as error:
-        return str(error)
-    return f"scene {scene} has changed"
+        if scene in shipped_scenes():  # not installed, with the remedy
+            return str(error)
+    return f"its scene {scene} was not found as it was then: give the manifest with --scene"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -102,6 +103,7 @@ def read_tested(
     plays: Iterable[RecordingEntry] = (),
     goal_sets: Iterable[tuple[str | None, GoalSet]] = (),
     videos: Path | None = None,
+    scenes: Iterable[str] = (),
 ) -> ResultEntry:
     """Read a result.
 
@@ -110,11 +112,12 @@ def read_tested(
         plays: available recordings; the one that was learned from is found by its hash.
         goal_sets: that may have been tested, with their files (None: shipped); the same.
         videos: folder with a film of each trial.
+        scenes: names and manifests of available scenes, besides those of the plays; the same.
 
     Raises:
         ResultError: it is not a result, or has no trial.
     """
-    result = load_result(path)
+    plays, result = list(plays), load_result(path)
     if not result.trials:
         raise ResultError(f"{path} has no trial yet")
     setting = result.setting
@@ -122,6 +125,8 @@ def read_tested(
     known = [pair for pair in goal_sets if pair[1].sha256 == setting.goals_sha256]
     run_file = run.file if run else f"<recording {setting.run_sha256[:12]}>"
     goals = known[0][0] if known else f"<goals {setting.goals_sha256[:12]}>"
+    places = [setting.scene, *scenes, *(play.header.scene_source for play in plays)]
+    last = _render_ends(result, places)
     headings, rows = score_columns(result)
     return ResultEntry(
         file=path.name,
@@ -135,7 +140,7 @@ def read_tested(
         ),
         headings=tuple(headings),
         rows=tuple(map(tuple, rows)),
-        trials=tuple(_trials(result, known[0][1] if known else None, videos)),
+        trials=tuple(_trials(result, known[0][1] if known else None, last, videos)),
     )
 
 
@@ -150,9 +155,13 @@ def _learning_options(setting: Setting, run: RecordingEntry | None) -> list[str]
     return ["--relearn"] if run.learned_by == setting.controller else []
 
 
-def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> Iterable[Trial]:
+def _trials(
+    result: Result,
+    goal_set: GoalSet | None,
+    last: list[Image] | list[None],
+    videos: Path | None,
+) -> Iterable[Trial]:
     goals = [None if goal_set is None else goal_set.goals[trial.goal] for trial in result.trials]
-    last = _render_ends(result)
     masks = [image.mask for image in (*goals, *last) if image is not None]
     box = bounding_box_of_bodies(masks) if masks else (0, 0, 0, 0)
     numbers = [trial.goal for trial in result.trials]
@@ -168,13 +177,11 @@ def _trials(result: Result, goal_set: GoalSet | None, videos: Path | None) -> It
         )
 
 
-def _render_ends(result: Result) -> list[Image] | list[None]:
-    """Images of the ends, if the scene is available and unchanged."""
-    nothing = [None] * len(result.trials)
-    try:
-        scene = load_scene(result.setting.scene)
-    except SceneError:
-        return nothing
-    return (
-        list(render_ends(result, scene)) if scene.sha256 == result.setting.scene_sha256 else nothing
-    )
+def _render_ends(result: Result, places: Iterable[str]) -> list[Image] | list[None]:
+    """Images of the ends, if one of the places has the scene, unchanged."""
+    for place in places:
+        with suppress(SceneError):
+            scene = load_scene(place)
+            if scene.sha256 == result.setting.scene_sha256:
+                return list(render_ends(result, scene))
+    return [None] * len(result.trials)

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ResultError
+from real_bench.file_kinds import RESULT
 from real_bench.quoting import quoted
 
-FORMAT = "realbench-result"
+FORMAT = RESULT.holds.decode()
 VERSION = 3
 """Version of written files. 1 and 2 also had a summary; 1 had no commands and no seal."""
 

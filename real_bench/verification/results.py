@@ -93,8 +93,8 @@ class ResultVerification:
             for check in self._checks(make, result.trials, stop):
                 checks.append(check)
                 report(len(checks), len(result.trials))
-        if len(checks) < len(result.trials):
-            raise Interrupted(f"stopped after {len(checks)} of {len(result.trials)} trials")
+            if len(checks) < len(result.trials):
+                raise Interrupted(f"stopped after {len(checks)} of {len(result.trials)} trials")
         return ResultVerdict(
             path=self.path,
             score=result.score,

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from real_bench.errors import Interrupted, RealBenchError
+from real_bench.errors import RealBenchError
 from real_bench.files import file_sha256
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
@@ -157,8 +157,6 @@ class BundleVerification:
         for what, check in checks.items():
             try:
                 verdict, detail = check()
-            except Interrupted:
-                raise
             except (NotGivenError, UnreachableError) as error:
                 verdict, detail = UNDECIDED, str(error)
             except RealBenchError as error:

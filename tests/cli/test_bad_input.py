@@ -162,8 +162,8 @@ def test_existing_recording_is_not_overwritten(place: Path) -> None:
             "jobs must be a whole number of at least 1",
         ),
         (("--goals", "goals.npy", "--out", "/proc/score.json"), "cannot write into /proc"),
-        (("--goals", "goals.npy", "--out", "two.npy"), "two.npy exists: use --resume or"),
-        (("--goals", "goals.npy", "--out", "two.npy", "--resume"), "two.npy cannot be read"),
+        (("--goals", "goals.npy", "--out", "two.npy"), "two.npy is no result, so it is not"),
+        (("--goals", "goals.npy", "--out", "two.npy", "--resume"), "two.npy is no result, so"),
         (("--goals", "goals.npy", "--controller", "raising.py"), "no such luck"),
     ],
 )
@@ -233,7 +233,9 @@ def test_failing_controller_keeps_what_was_recorded(
     controller, forgets, *others, fault = done.stderr.splitlines()
     assert controller.startswith("controller: class C of ")
     assert "it has neither get_state() nor use_experience()" in forgets
-    assert len(others) == (name == "key")  # a warning, as in the official package
+    *warning, kept = others
+    assert len(warning) == (name == "key")  # as in the official package
+    assert kept.startswith("1,000 steps are recorded in run.h5: once what fails is mended, ")
     assert f"controller {name}.py" in fault
     assert message in done.stderr
     inspected = realbench(tmp_path, "inspect", "run.h5", "--json").stdout

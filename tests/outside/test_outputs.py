@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from real_bench.file_kinds import GOAL_SET, RECORDING, REPORT, RESULT
 from tests.outside.bench import ROOT, Done, as_nobody, command, needs_root, state_of
 
 WHO = ("--controller", "real_r", "--scene", "builtin", "--condition", "OM")
@@ -38,6 +39,14 @@ STREAMS: dict[str, tuple[str, ...]] = {
     "score --markdown": ("score", "score.json", "--markdown"),
     "score --junit": ("score", "score.json", "--overwrite", "--junit"),
 }
+KINDS = {
+    "intrinsic --out": RECORDING,
+    "extrinsic --out": RESULT,
+    "evaluate --out": RESULT,
+    "evaluate --run": RECORDING,
+    "goals generate --out": GOAL_SET,
+    "report --out": REPORT,
+}
 WRITTEN = {"extrinsic --video": "trial-00.mp4", "figures --out": "figures.json"}
 JUDGED = (0, 3)  # a trial of the tests is shorter than one should be
 SUFFIX = ".png"  # one of the commands insists
@@ -51,6 +60,12 @@ def run(place: Path, capfd: pytest.CaptureFixture[str]) -> Run:
         return command(capfd, *arguments, path)
 
     return run
+
+
+def old(option: str) -> bytes:
+    """What may be there: a file of another kind would not be replaced."""
+    kind = KINDS.get(option)
+    return b"old" if kind is None else kind.magic + kind.holds
 
 
 def refused(done: Done, folder: Path, before: object, told: str) -> None:
@@ -122,11 +137,11 @@ def test_hard_link_to_a_replaced_file_keeps_the_old_content(
     place: Path, run: Run, option: str
 ) -> None:
     path, other = place / f"out{SUFFIX}", place / "other"
-    path.write_bytes(b"old")
+    path.write_bytes(old(option))
     os.link(path, other)
     assert run(FILES[option], path).code in JUDGED
-    assert other.read_bytes() == b"old"
-    assert path.read_bytes() != b"old"
+    assert other.read_bytes() == old(option)
+    assert path.read_bytes() != old(option)
 
 
 @pytest.mark.parametrize("there", [True, False], ids=["there", "dangling"])
@@ -135,11 +150,11 @@ def test_a_link_stays_a_link(place: Path, run: Run, option: str, there: bool) ->
     path, real = place / f"out{SUFFIX}", place / "elsewhere" / "real"
     real.parent.mkdir()
     if there:
-        real.write_bytes(b"old")
+        real.write_bytes(old(option))
     path.symlink_to("elsewhere/real")
     assert run(FILES[option], path).code in JUDGED
     assert path.readlink() == Path("elsewhere/real")
-    assert len(real.read_bytes()) > 3
+    assert len(real.read_bytes()) > len(old(option))
     assert list(real.parent.iterdir()) == [real]
 
 
@@ -147,16 +162,16 @@ def test_a_link_stays_a_link(place: Path, run: Run, option: str, there: bool) ->
 def test_file_mode_is_kept_and_new_files_follow_the_umask(
     place: Path, run: Run, option: str
 ) -> None:
-    old, new = place / f"old{SUFFIX}", place / f"new{SUFFIX}"
-    old.write_bytes(b"old")
-    old.chmod(0o640)
+    there, new = place / f"old{SUFFIX}", place / f"new{SUFFIX}"
+    there.write_bytes(old(option))
+    there.chmod(0o640)
     before = os.umask(0o077)
     try:
-        assert run(FILES[option], old).code in JUDGED
+        assert run(FILES[option], there).code in JUDGED
         assert run(FILES[option], new).code in JUDGED
     finally:
         os.umask(before)
-    assert stat.S_IMODE(old.stat().st_mode) == 0o640
+    assert stat.S_IMODE(there.stat().st_mode) == 0o640
     assert stat.S_IMODE(new.stat().st_mode) == 0o600
 
 
@@ -175,6 +190,7 @@ def test_folder_without_permission_is_refused(place: Path, run: Run, option: str
 def test_full_disk_is_reported(place: Path, full_disk: Path, run: Run, option: str) -> None:
     path = full_disk / f"out{SUFFIX}"
     (full_disk / "old").rename(path)
+    path.write_bytes(old(option))
     before = state_of(full_disk)
     refused(run(FILES[option], path), full_disk, before, "No space left on device")
 

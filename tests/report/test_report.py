@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -119,7 +120,10 @@ def test_missing_goal_pictures_are_reported(folder: Path, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize(
     ("scene", "told"),
-    [("mylab", "no pictures of its ends; unknown scene"), ("builtin", "scene builtin has changed")],
+    [
+        (scene, f"its scene {scene} was not found as it was then: give the manifest with --scene")
+        for scene in ("mylab", "builtin")
+    ],
 )
 def test_report_says_why_there_are_no_pictures_of_ends(
     tmp_path: Path, scene: str, told: str
@@ -127,6 +131,25 @@ def test_report_says_why_there_are_no_pictures_of_ends(
     made([0.1], scene=scene).save(tmp_path / "a.json")
     done = realbench(tmp_path, "report", "a.json")
     assert told in done.stderr
+
+
+@pytest.mark.parametrize("by", ["--scene", "recording"])
+def test_ends_in_a_scene_of_ones_own_are_pictured(
+    tmp_path: Path, builtin_scene: Scene, by: str
+) -> None:
+    room = tmp_path / "room"
+    shutil.copytree(builtin_scene.folder, room)
+    manifest = (room / "scene.yaml").rename(room / "my.yaml")
+    manifest.write_text(manifest.read_text().replace("name: builtin", "name: my"))
+    made = ["goals", "generate", "--2d", "1", "--25d", "0", "--3d", "0", "--out", "goals.npy"]
+    realbench(tmp_path, *made, "--scene", "room/my.yaml")
+    play = ["--controller", "real_r", "--condition", "OM", "--scene", "room/my.yaml"]
+    realbench(tmp_path, "intrinsic", *play, "--steps", "1000")
+    realbench(tmp_path, "extrinsic", "--goals", "goals.npy", "--trial-steps", "1000")
+    more = ["run.h5"] if by == "recording" else ["--scene", "room/my.yaml"]
+    done = realbench(tmp_path, "report", "score.json", "--goals", "goals.npy", *more)
+    assert "no pictures" not in done.stderr
+    assert (tmp_path / "report.html").read_text().count("data:image/webp") == 3
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def test_commands_report_what_isolates_the_controller(tmp_path: Path, goals: Goa
     test = ["--goals", "goals.npy", "--trials", "1", "--trial-steps", "1000"]
     done = realbench(tmp_path, "extrinsic", *options, *test, "--run", "run.h5", "--as-made")
     assert "isolated" in done.stderr
-    evaluate = ["--condition", "OM", "--steps", "1000", "--overwrite"]
+    evaluate = ["--condition", "OM", "--steps", "1000", "--run", "run.h5", "--overwrite"]
     realbench(tmp_path, "evaluate", *options, *test, *evaluate)
 
 

@@ -15,12 +15,12 @@ from typing import Any
 import pytest
 
 import real_bench
-from real_bench.benchmark_files import RESULT
 from real_bench.errors import ControllerError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.sandbox import SandboxBackend, SandboxSupport
 from real_bench.sandbox.support import _visible_paths
 from real_bench.sandbox.visible_files import VisibleFiles
+from real_bench.scoring.result_file import FORMAT as RESULT
 from tests.sandbox.attacks.spy import ATTACKS
 from tests.sandbox.conftest import LIMITS, Face, Play
 
@@ -41,7 +41,7 @@ main(sys.argv[1:])
 def place(tmp_path_factory: pytest.TempPathFactory, goals: GoalSet) -> Path:
     folder = tmp_path_factory.mktemp("secrets")
     save_goal_set(goals, folder / "goals.npy")
-    (folder / "score.json").write_text("{}")
+    (folder / "score.json").write_text(json.dumps({"format": RESULT}))
     return folder
 
 

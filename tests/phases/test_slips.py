@@ -1,0 +1,107 @@
+"""Frequent slips in a controller's code get a message that says what to write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from real_bench.conditions import Condition
+from real_bench.errors import ControllerError
+from real_bench.observation import missing_key
+from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.local import LocalBackend
+from real_bench.phases.proxy import ControllerBackend
+from real_bench.recording import Recording
+from real_bench.sandbox import SandboxBackend
+from real_bench.simulation import Scene
+
+HEAD = """
+from real_bench import Action, Controller, Settings
+
+class Mine(Controller):
+"""
+ACTS = """
+    def next_action(self, observation):
+        LINE
+        return Action.rest(4, 20)
+"""
+BACKENDS = pytest.mark.parametrize(
+    "backend", [LocalBackend(), SandboxBackend()], ids=["here", "isolated"]
+)
+KEYS = "depth, goal, joint_positions, retina, touch_sensors"
+
+
+def play(
+    folder: Path, scene: Scene, code: str, backend: ControllerBackend, condition: str = "IM"
+) -> Path:
+    """The recording of 60 steps."""
+    file, out = folder / "mine.py", folder / "run.h5"
+    file.write_text(HEAD + code)
+    condition_of = Condition.parse(condition)
+    phase = IntrinsicPhase(str(file), condition_of, 1, scene, 60, 0, out, backend=backend)
+    phase.run(lambda _: None).close()
+    return out
+
+
+@BACKENDS
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("observation['object_positions']", f"{KEYS}; only conditions with O have it"),
+        ("observation['retinas']", KEYS),
+    ],
+)
+def test_a_value_that_is_not_observed_lists_those_that_are(
+    tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend, line: str, told: str
+) -> None:
+    with pytest.raises(ControllerError) as raised:
+        play(tmp_path, builtin_scene, ACTS.replace("LINE", line), backend)
+    assert str(raised.value).endswith(f"(an observation here has {told})")
+
+
+@BACKENDS
+def test_other_missing_keys_are_the_controllers_own(
+    tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend
+) -> None:
+    with pytest.raises(ControllerError, match=r"KeyError: 'memories'$"):
+        play(tmp_path, builtin_scene, ACTS.replace("LINE", "{}['memories']"), backend)
+
+
+def test_only_missing_keys_get_a_hint() -> None:
+    assert missing_key(KeyError(), ["retina"]) == ""
+    assert missing_key(KeyError(5), ["retina"]) == ""
+    assert missing_key(KeyError("retina"), ["retina"]) == ""
+
+
+@BACKENDS
+def test_settings_need_no_constructor(
+    tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend
+) -> None:
+    settings = "    class Settings(Settings):\n        length: float = 0.3\n"
+    code = settings + ACTS.replace("LINE", "self.log('length', self.settings.length)")
+    with Recording(play(tmp_path, builtin_scene, code, backend)) as recording:
+        assert recording.header.settings == {"length": 0.3}
+        assert set(recording.logged["value"]) == {0.3}
+
+
+@BACKENDS
+def test_a_hook_that_cannot_be_called_is_told_as_the_controllers(
+    tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend
+) -> None:
+    code = "    def seed(self):\n        pass\n" + ACTS.replace("LINE", "pass")
+    with pytest.raises(
+        ControllerError, match=r"seed\(\) failed at .*: TypeError: Mine\.seed"
+    ) as it:
+        play(tmp_path, builtin_scene, code, backend)
+    assert "real_bench" not in str(it.value).replace(str(tmp_path), "")
+
+
+def test_what_is_recorded_before_a_failure_is_told(
+    tmp_path: Path, builtin_scene: Scene, caplog: pytest.LogCaptureFixture
+) -> None:
+    code = "    def use_experience(self, experience):\n        raise ValueError('a bug')\n"
+    with pytest.raises(ControllerError, match="a bug"):
+        play(tmp_path, builtin_scene, code + ACTS.replace("LINE", "pass"), LocalBackend())
+    kept = f"60 steps are recorded in {tmp_path / 'run.h5'}: once what fails is mended, --resume"
+    assert any(record.message.startswith(kept) for record in caplog.records)

@@ -1,0 +1,46 @@
+"""Errors of the API name arguments, not a command's options."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import real_bench
+from real_bench.files import OutputError
+from real_bench.wording import in_python
+
+
+@pytest.mark.parametrize(
+    ("command", "python"),
+    [
+        (
+            "run.h5 exists: use --resume or --overwrite, or another --out",
+            "run.h5 exists: use resume=True or overwrite=True, or another out",
+        ),
+        ("the run has 2: use --objects 1", "the run has 2: use objects=1"),
+        (
+            "no controller given (try --controller real_r)",
+            'no controller given (try controller="real_r")',
+        ),
+        ("leave out --no-images", "leave out images=False"),
+        ("use --keep-learned or --relearn", 'use learned="keep" or learned="again"'),
+        ("give its goal set with --run-steps", "give its goal set with run_steps"),
+    ],
+)
+def test_options_become_arguments(command: str, python: str) -> None:
+    assert in_python(command) == python
+
+
+@given(st.text())
+def test_text_without_options_stays(text: str) -> None:
+    assert "--" in text or in_python(text) == text
+
+
+def test_errors_of_the_api_speak_python(tmp_path: Path) -> None:
+    (tmp_path / "run.h5").touch()
+    play = {"condition": "OM", "scene": "builtin", "out": tmp_path / "run.h5"}
+    with pytest.raises(OutputError, match=r"use resume=True or overwrite=True, or another out$"):
+        real_bench.run_intrinsic("real_r", **play)
