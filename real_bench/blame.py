@@ -23,9 +23,9 @@ def blame(error: BaseException, place: Path | None = None) -> str:
     if isinstance(error, SyntaxError):
         return f"{error.filename}, line {error.lineno}: {error.msg}"
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if _is_in(frame.filename, place)] or list(frames)
-    if place is not None and all(_is_in(frame.filename, OURS) for frame in own):
-        own = []  # it could not even be called
+    own = [frame for frame in frames if _is_in(frame.filename, place)]
+    if not own and not (place and all(_is_in(frame.filename, OURS) for frame in frames)):
+        own = list(frames)  # otherwise it could not even be called
     where = f"{_line(own[-1])}: " if own else f"{place}: " if place else ""
     text = " ".join(str(error).split())
     sentence = f"{where}{type(error).__name__}{': ' if text else ''}{text}"

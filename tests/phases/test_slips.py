@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
+from real_bench import whole
+from real_bench.blame import blame
 from real_bench.conditions import Condition
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerError, RealBenchError
 from real_bench.observation import missing_key
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
@@ -95,6 +98,14 @@ def test_a_hook_that_cannot_be_called_is_told_as_the_controllers(
     ) as it:
         play(tmp_path, builtin_scene, code, backend)
     assert "real_bench" not in str(it.value).replace(str(tmp_path), "")
+
+
+def test_our_own_controllers_are_told_with_their_line() -> None:
+    """They are installed within the package."""
+    with pytest.raises(RealBenchError) as raised:
+        whole.whole("x", "steps")
+    told = blame(raised.value, Path(whole.__file__))
+    assert re.match(rf"{whole.__file__}, line \d+: RealBenchError: steps must be", told)
 
 
 def test_what_is_recorded_before_a_failure_is_told(
