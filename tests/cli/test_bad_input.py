@@ -191,6 +191,27 @@ def test_no_command_writes_over_what_it_reads(
     assert told in refusal(place, *arguments, "--overwrite", code=2)
 
 
+def test_a_recording_that_nobody_named_is_not_replaced(place: Path) -> None:
+    refused = refusal(place, *EVALUATE, "--goals", "goals.npy", "--overwrite", code=2)
+    assert "run.h5 exists, and --overwrite replaces it only if it is named: add --run" in refused
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("intrinsic", "mine.py"), ", did you mean --controller mine.py?"),
+        (("extrinsic", "run.h5", "goals.npy"), ", did you mean --run run.h5?"),
+        (("extrinsic", "goals.npy"), ", did you mean --goals goals.npy?"),
+        (("intrinsic", "run.h5"), "(run.h5) (see"),
+        (("intrinsic", "fast"), "(fast) (see"),
+    ],
+)
+def test_a_file_without_its_option_gets_it(
+    place: Path, arguments: tuple[str, ...], told: str
+) -> None:
+    assert told in refusal(place, *arguments, code=2)
+
+
 def test_goals_of_another_scene_are_refused(place: Path, official_scene: Scene) -> None:
     shipped = refusal(place, *TEST, "--goals", str(shipped_goal_set(1)))
     assert "the goals were made in scene official" in shipped
