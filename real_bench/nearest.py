@@ -31,6 +31,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """A question to append after an unknown name, if a similar one exists; else nothing."""
     found = nearest(name, known)
+    if found == name:  # the names of a file's settings are nested
+        return f", write it as {': {'.join(name.split('.'))}: ...{'}' * name.count('.')}"
     return f", did you mean {found}?" if found else ""
 
 

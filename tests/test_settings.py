@@ -16,6 +16,7 @@ from real_bench.conditions import Condition
 from real_bench.controller import Controller
 from real_bench.errors import ControllerError, RecordingError, ResultError
 from real_bench.goal_sets import GoalSet, save_goal_set
+from real_bench.nearest import did_you_mean
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.plans import plan_play, plan_test
@@ -564,3 +565,9 @@ def test_unserialisable_settings_are_refused_before_play(
     with pytest.raises(ControllerError, match="do not survive"):
         face(str(path), 1, {"lambda": 0.2})
     assert not [file for file in tmp_path.iterdir() if file.suffix in (".h5", ".json")]
+
+
+def test_a_dotted_name_in_a_file_is_answered_with_its_nested_form() -> None:
+    names = ["planner.depth", "abstraction.levels"]
+    assert did_you_mean("planner.depth", names) == ", write it as planner: {depth: ...}"
+    assert did_you_mean("planner.deph", names) == ", did you mean planner.depth?"

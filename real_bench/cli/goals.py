@@ -220,9 +220,9 @@ def _generate_secret(
     from real_bench.cli.progress import ProgressDisplay
     from real_bench.files import check_output, write_atomically
     from real_bench.goal_sets import save_goal_set
-    from real_bench.goal_sets.secret import draw_secret_goals
+    from real_bench.goal_sets.secret import draw_secret_goals, opening_of
 
-    kept = out.with_name(f"{out.name.removesuffix('.npy')}.opening.json")
+    kept = opening_of(out)
     check_output(kept, overwrite=overwrite)
     with ProgressDisplay("drawing goals", "goals", sum(counts.values())) as display:
         goal_set, opening = draw_secret_goals(

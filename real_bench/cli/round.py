@@ -100,6 +100,12 @@ def run(
     broken: dict[str, Failure] = {}
     began = time.monotonic()
     for each in competition.rounds if name is None else [name]:
+        if competition.rounds[each].is_over:
+            ended = f"round {each} ended at {competition.rounds[each].end} (UTC)"
+            later = (
+                "submissions that came later are ranked, too: move them away if they are not to be"
+            )
+            say(f"realbench: {ended}; {later}", err=True)
         round_run = RoundRun(competition, each, submissions, jobs, scheduler)
         standings_by_round[each], failures = _run_round(round_run, retry=retry, overwrite=overwrite)
         broken |= failures

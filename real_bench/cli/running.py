@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -83,11 +83,13 @@ def run_test(
     pictures: Path | None = None,
     explain: Path | None = None,
     secrets: Iterable[Path | None] = (),
+    check: Callable[[TrialPlan], None] = lambda plan: None,
     **given: Any,
 ) -> Result:
     """The result of the test that the options ask for; progress is shown.
 
-    An isolated controller must not be able to read any file of the test or ``secrets``.
+    An isolated controller must not be able to read any file of the test or ``secrets``. ``check``
+    may refuse what is planned.
     """
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test
@@ -107,6 +109,7 @@ def run_test(
         wanted=learned,
         **given,
     )
+    check(plan)
     phase = ExtrinsicPhase(plan, n_trials_requested(trials, plan, allow_part=allow_part), out, jobs)
     return run_trials(phase, resume=resume, overwrite=overwrite)
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
+from real_bench import defaults
 from real_bench.cli import options, running
 from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
@@ -19,6 +20,7 @@ from real_bench.errors import ControllerError
 if TYPE_CHECKING:
     from junitparser import JUnitXml
 
+    from real_bench.phases.trial import TrialPlan
     from real_bench.scoring.result import Result
 
 EPILOG = """\b
@@ -117,10 +119,11 @@ def score(
         written = [None if baseline is None else Path(baseline), markdown, junit]
         try:
             given |= {"secrets": written, "overwrite": overwrite, "allow_part": allow_part}
-            results = [_run_test(quiet=as_json, **given)]
+            results = [_run_test(quiet=as_json, baseline=other, **given)]
         except ControllerError as error:
             if error.exit_code != ControllerError.exit_code:  # else the job is broken
-                publish(*verdicts.failure(error, time.monotonic() - began))
+                name = _named(given["controller"], given["run"])
+                publish(*verdicts.failure(name, error, time.monotonic() - began))
             raise
     goals, sizes = _goal_sets(given["goals"], results)
     verdict = verdicts.judge(
@@ -157,8 +160,30 @@ def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | Non
     return goal_set.sha256, {**sizes, goal_set.sha256: len(goal_set)}
 
 
-def _run_test(*, out: Path, quiet: bool, **given: Any) -> Result:
-    result = running.run_test(out=out, **given)
+def _named(controller: str | None, run: Path | None) -> str:
+    """What is tested, as results name it; as it is given where that cannot be found out."""
+    from real_bench.errors import RealBenchError
+    from real_bench.recording import Recording
+    from real_bench.source import recorded_name
+
+    try:
+        if controller is not None:
+            return recorded_name(controller)
+        with Recording(run or defaults.RUN) as recording:
+            return recording.header.controller
+    except RealBenchError:
+        return str(controller or run)
+
+
+def _run_test(*, out: Path, quiet: bool, baseline: Sequence[Result] | None, **given: Any) -> Result:
+    from real_bench.scoring.verdict import check_baseline
+
+    def check(plan: TrialPlan) -> None:
+        if baseline is not None:
+            scene, goals = plan.scene.name, plan.goal_set
+            check_baseline(baseline, scene, goals.n_objects, goals.sha256, plan.trial_steps)
+
+    result = running.run_test(out=out, check=check, **given)
     if not quiet:
         running.show_result(result, out, as_json=False)
     return result

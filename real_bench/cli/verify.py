@@ -12,7 +12,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.printing import say
-from real_bench.file_kinds import FIRST_BYTES, RECORDING
+from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, RECORDING
 
 if TYPE_CHECKING:
     from real_bench.verification import RecordingVerdict, ResultVerdict
@@ -141,7 +141,10 @@ def _kind(file: Path) -> str:
     if not file.is_file():
         return "recording" if file.suffix in (".h5", ".hdf5") else "result"
     with file.open("rb") as opened:
-        is_recording = RECORDING.begins(opened.read(FIRST_BYTES))
+        first = opened.read(FIRST_BYTES)
+    if ARCHIVE.begins(first):
+        raise click.UsageError(f"{file} is an archive: unpack it, and give the folder")
+    is_recording = RECORDING.begins(first)
     return "recording" if is_recording else "result"
 
 

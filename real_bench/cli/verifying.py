@@ -61,6 +61,10 @@ def _show(verdicts: Sequence[BundleVerdict], folder: Path) -> None:
         print_tables(_table(verdicts, folder))
     for verdict in verdicts:
         say(f"{_name(verdict.bundle.result, folder)}: {_in_a_line(verdict)}")
+        if len(verdicts) > 1:
+            for part in verdict.parts:
+                if part.what in verdict.unchecked:
+                    say(f"  {part.verdict}: {part.what}, {part.detail}")
 
 
 def _table(verdicts: Sequence[BundleVerdict], folder: Path) -> Table:

@@ -190,12 +190,13 @@ def _modified(path: Path) -> float:
 
 
 def _bytes_sha256(place: Path) -> str:
-    """A hash to tell versions apart of what could not be read."""
+    """A hash to tell versions apart of what could not be read: of the file, or of all names."""
     file = place if place.is_file() else place / MANIFEST
     with suppress(OSError):
         if file.is_file():  # a pipe would never end
             return file_sha256(file)
-    return hashlib.sha256(b"").hexdigest()
+    names = sorted(os.fsencode(each.relative_to(place)) for each in _files(place))
+    return hashlib.sha256(b"\0".join(names)).hexdigest()
 
 
 def _files(place: Path) -> Iterator[Path]:

@@ -21,12 +21,14 @@ from real_bench.competition.standing import (
     Standing,
 )
 from real_bench.conditions import Condition
+from real_bench.errors import GoalSetError
 from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
 from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
 from real_bench.files import check_folder, file_sha256
 from real_bench.goal_sets import GoalSet, load_goal_set
+from real_bench.goal_sets.secret import opening_of, read_opening
 from real_bench.locks import write_lock
 from real_bench.recording import Recording
 from real_bench.simulation import Scene, load_scene
@@ -74,6 +76,7 @@ class RoundRun:
             RealBenchError: one of them cannot be used, or there is no submission.
         """
         self._goals.check_fits(self._scene, self.round.objects)
+        self._check_commitment()
         _ = self._given  # can they be used?
         entries = read_entries(
             self.submissions, self.competition.results_folder, self.round.condition
@@ -81,6 +84,19 @@ class RoundRun:
         for entry in entries:
             self._register(entry)
         return entries
+
+    def _check_commitment(self) -> None:
+        """Compare the commitment with the goals' opening, where that lies beside them."""
+        goals = self.competition.goals(self.name)
+        opening = opening_of(goals)
+        if not self.round.commitment or not opening.is_file():
+            return
+        try:
+            read_opening(opening).check(self._goals, self.round.commitment)
+        except GoalSetError as error:
+            raise GoalSetError(
+                f"the commitment of round {self.name} is not that of {goals.name}: {error}"
+            ) from error
 
     def missing(
         self, entries: Sequence[Entry], *, retry: bool = False, overwrite: bool = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -56,7 +56,8 @@ class Round(Record):
         failure: how a failed submission counts: ``zero``, or ``excluded``.
         ties: ``paired``: submissions share a rank if the paired comparison cannot tell them from
             the first of them; ``none``: the mean alone decides.
-        start, end: when a platform takes submissions, e.g. ``2027-01-31 12:00:00`` (UTC).
+        start, end: when a platform takes submissions, e.g. ``2027-01-31 12:00:00`` (UTC). Here
+            whoever holds the round decides what came in time.
     """
 
     condition: ConditionName = "IM"
@@ -115,6 +116,12 @@ class Round(Record):
     def seeds(self) -> range:
         """The seed of each repeat."""
         return range(self.seed, self.seed + (len(self.recordings) or self.repeats))
+
+    @property
+    def is_over(self) -> bool:
+        """Whether its end, if it has one, has passed."""
+        now = datetime.now(timezone.utc).replace(tzinfo=None)
+        return bool(self.end) and now > datetime.fromisoformat(self.end)
 
 
 class Competition(SpecFile):

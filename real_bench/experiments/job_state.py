@@ -66,9 +66,11 @@ def file_mismatch_message(file: Path, reasons: Sequence[str]) -> str:
     return f"{file.name} does not belong here: {'; '.join(reasons)}"
 
 
-def mismatch_error(wrong: Sequence[str]) -> ExperimentError:
+def mismatch_error(wrong: Sequence[str], remedy: str = "") -> ExperimentError:
     """The error for files that do not belong here, and what to do about them."""
-    return ExperimentError(f"{in_short(wrong)}. Move them away, or replace them with --overwrite")
+    return ExperimentError(
+        f"{in_short(wrong)}. Move them away, {remedy}or replace them with --overwrite"
+    )
 
 
 def _mismatches(job: ScoringJob, result: Result) -> list[str]:
@@ -131,7 +133,8 @@ def _controller_mismatches(job: Job, named: str, sha256: str) -> list[str]:
         return _differences({"controller": named}, {"controller": wanted_name})
     source = ControllerSource.of(job.controller)
     if source.file is not None and not has_code_hash(source, sha256):
-        return [f"{source.file.name}, or a file beside it, has changed since"]
+        remedy = "undo it, or give each controller a folder of its own"
+        return [f"{source.file.name}, or other Python code in its folder, has changed ({remedy})"]
     return []
 
 

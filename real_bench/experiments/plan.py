@@ -144,11 +144,13 @@ class ExperimentPlan:
         """
         repeats = [(cell, seed) for cell in self._spec.cells for seed in self._spec.seeds(cell)]
         tests = [job for repeat in repeats for job in self.scorings(*repeat)]
-        scorings = self._pending(tests, overwrite)
+        scorings = self._unfinished(tests)
         needed = {job.play for job in scorings}
         jobs = [self.play(*repeat) for repeat in repeats]
         plays = {job.name: job for job in jobs if job and job.name in needed}
-        to_play = self._pending(list(plays.values()), overwrite)
+        to_play = self._unfinished(list(plays.values()))
+        if not overwrite:
+            self._check_belonging([*tests, *plays.values()])
         left, replayed = {job.name for job in scorings}, {job.name for job in to_play}
         outdated = [job for job in tests if job.name not in left and job.play in replayed]
         played = [
@@ -192,15 +194,19 @@ class ExperimentPlan:
             "limits": self._limits,
         }
 
-    def _pending(self, jobs: Sequence[_T], overwrite: bool) -> list[_T]:
+    def _unfinished(self, jobs: Sequence[_T]) -> list[_T]:
         """What is not done yet, or must be done again."""
+        states = [(job, self.state(job)) for job in jobs]
+        return [job for job, state in states if state.mismatches or state.reached != "done"]
+
+    def _check_belonging(self, jobs: Sequence[Job]) -> None:
+        """Raise ExperimentError for files that do not fit, all at once."""
         states = [(job, self.state(job)) for job in jobs]
         wrong = [
             mismatch_message(job, state.mismatches) for job, state in states if state.mismatches
         ]
-        if wrong and not overwrite:
-            raise mismatch_error(wrong)
-        return [job for job, state in states if state.mismatches or state.reached != "done"]
+        if wrong:
+            raise mismatch_error(wrong, "give the cell another name to keep both, ")
 
     @cached_property
     def _scene_name(self) -> str:

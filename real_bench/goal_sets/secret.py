@@ -81,6 +81,11 @@ def is_reproduced(
     return _without_seed(drawn).sha256 == goal_set.sha256
 
 
+def opening_of(goals: Path) -> Path:
+    """Where the opening of a goal set lies: beside it."""
+    return goals.with_name(f"{goals.name.removesuffix('.npy')}.opening.json")
+
+
 def read_opening(path: Path) -> Opening:
     """Read an opening; raises GoalSetError."""
     try:

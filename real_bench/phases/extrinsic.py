@@ -98,6 +98,8 @@ class ExtrinsicPhase:
                 result.save(self.out)
                 report(result)
             if not result.is_finished:
+                if not result.trials:
+                    raise Interrupted("stopped before the first trial ended: nothing is kept")
                 done = f"{len(result.trials)} of {self.n_trials} trials"
                 raise Interrupted(
                     f"stopped after {done}; they are in {self.out}", can_resume=proxy is None

@@ -171,6 +171,8 @@ def _check_complete(
 def _check_length(results: Sequence[Result]) -> Check:
     steps = results[0].setting.trial_steps  # all are alike
     detail = f"{steps:,} steps per trial"
+    if steps != TRIAL_STEPS:
+        detail += f", {TRIAL_STEPS:,} required"
     return Check("length", steps == TRIAL_STEPS, detail)
 
 
@@ -231,15 +233,43 @@ def junit(verdict: Verdict) -> JUnitXml:
     return _cases(verdict.setting.controller, verdict.checks, properties, verdict.seconds)
 
 
-def failure(error: ControllerError, seconds: float) -> tuple[str, JUnitXml]:
+def failure(controller: str, error: ControllerError, seconds: float) -> tuple[str, JUnitXml]:
     """Markdown and test cases for a controller whose test did not finish.
 
     For CI it is an error if it failed, and a failure if it was not fit to run.
+
+    Args:
+        controller: as results name it.
+        error: why it did not.
+        seconds: that it took.
     """
     line = quoted(str(error), longest=2000)
-    page = f"## Test not finished\n\n{_escaped(line)}\n"
+    page = f"## {_escaped(display_name(controller))} not tested to the end\n\n{_escaped(line)}\n"
     failed = isinstance(error, ControllerFailedError)
-    return page, _cases("controller", [Check("runs", False, line)], {}, seconds, failed=failed)
+    return page, _cases(controller, [Check("runs", False, line)], {}, seconds, failed=failed)
+
+
+def check_baseline(
+    baseline: Sequence[Result], scene: str, n_objects: int, goals_sha256: str, trial_steps: int
+) -> None:
+    """Check before a test that its result can be compared with the baseline's.
+
+    Raises:
+        ResultError: it cannot.
+    """
+    check_one_test(baseline)
+    setting = baseline[0].setting
+    wanted = {"scene": scene, "objects": n_objects, "trial steps": trial_steps}
+    found = {
+        "scene": setting.scene,
+        "objects": setting.objects,
+        "trial steps": setting.trial_steps,
+    }
+    if found != wanted:
+        name = next(name for name in wanted if found[name] != wanted[name])
+        raise ResultError(f"the baseline has {name} {found[name]}, the test {wanted[name]}")
+    if goals_sha256 not in {result.setting.goals_sha256 for result in baseline}:
+        raise ResultError("the baseline is not on the goals of the test: give one that is")
 
 
 def _cases(

@@ -19,6 +19,8 @@ from real_bench.source import ControllerSource, is_ignored
 from real_bench.submissions import FROZEN, is_submission
 from real_bench.submissions.packing import open_submission
 
+PACKED = frozenset({".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z", ".rar"})
+
 log = logging.getLogger(__name__)
 
 
@@ -59,11 +61,22 @@ def _bundles(folder: Path, unpacked: Path) -> Iterator[Bundle]:
         submissions += filter(None, (_unpack_submission(path, unpacked) for path in archives))
     for result in results:
         yield _bundle(result, recordings, submissions)
+    _warn_of_the_rest(paths, recordings, is_alone=not results)
     if is_submission(folder):
         return
     for path in inside:
         if not is_submission(path):
             yield from _bundles(path, unpacked)
+
+
+def _warn_of_the_rest(paths: list[Path], recordings: list[Path], *, is_alone: bool) -> None:
+    """Say what may have been meant to be verified, and is not."""
+    for path in paths:
+        packed = PACKED | {".zip"} if is_alone else PACKED
+        if path.is_file() and path.suffix in packed:
+            log.warning("%s is not looked at: unpack it", path)
+        elif is_alone and path in recordings:
+            log.warning("%s is not looked at: no result lies beside it", path)
 
 
 def _unpack_submission(archive: Path, folder: Path) -> Path | None:

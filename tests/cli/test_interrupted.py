@@ -72,6 +72,14 @@ def test_evaluate_says_how_to_go_on(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_a_test_without_a_trial_names_no_file(tmp_path: Path) -> None:
+    play = ["--condition", "OM", "--scene", "builtin", "--controller", "presses.py"]
+    done = pressed(tmp_path, 1, "extrinsic", *play, "--trial-steps", "1000", "--as-made")
+    assert done.returncode == 130
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith("realbench: stopped before the first trial ended") or "1 of 50" in last
+
+
 def test_a_wish_that_comes_as_the_work_ends_is_heeded(tmp_path: Path) -> None:
     play = ["--condition", "OM", "--scene", "builtin", "--controller", "presses.py"]
     done = pressed(tmp_path, 10, "intrinsic", *play, "--steps", "200")

@@ -123,6 +123,18 @@ def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> Non
     assert load_result(submission / "trusted.json").trials == result.trials
 
 
+def test_a_baseline_that_cannot_be_compared_is_refused_before_the_test(submission: Path) -> None:
+    test = ("score", *TEST, "--goals", "goals.npy", "--baseline", "best.json")
+    for changed, told in (
+        ({"scene": "official"}, "the baseline has scene official, the test builtin"),
+        ({"trial_steps": 2000}, "the baseline has trial steps 2000, the test 10000"),
+        ({}, "the baseline is not on the goals of the test"),
+    ):
+        made([0.3] * 4, **changed).save(submission / "best.json")
+        assert told in realbench(submission, *test, code=1).stderr
+        assert not (submission / "score.json").exists()
+
+
 def test_testing_part_of_the_goals_needs_allow_part(submission: Path) -> None:
     goals = ("--goals", "goals.npy")
     refused = realbench(submission, "score", *TEST, *goals, "--trials", "1", code=2)
@@ -145,7 +157,10 @@ def test_output_readable_by_the_submission_is_refused(submission: Path) -> None:
     made([0.3] * 4).save(submission / "package" / "best.json")
     done = realbench(submission, "score", *TEST, "--goals", "goals.npy", *secret, code=1)
     assert "lies where an isolated controller may read" not in done.stderr  # it is hidden
-    assert "results differ in scene" in done.stderr  # with the made-up one it cannot be compared
+    assert (
+        "the baseline is not on the goals" in done.stderr
+    )  # with the made-up one it cannot be compared
+    assert not (submission / "score.json").exists()
     later = ("--junit", "package/cases.xml", "--overwrite")
     done = realbench(submission, "score", *TEST, "--goals", "goals.npy", *later, code=1)
     assert "cases.xml lies where an isolated controller may read" in done.stderr

@@ -297,13 +297,26 @@ def test_every_bundle_in_a_folder_gets_a_verdict(bundle: Bundle, honest: Path) -
     alone = bundle("alone")
     shutil.rmtree(alone / "submission")
     (alone / "run.h5").unlink()
+    (alone / "more.tar.gz").touch()
+    (mailed / "packed").mkdir()
+    for name in ("team.zip", "run.h5"):
+        (mailed / "packed" / name).write_bytes(b"PK")
     goals = ["--goals", honest / "goals.npy"]
     done = realbench(mailed, "verify", ".", *goals, code=4)
+    for passed_over in (
+        "alone/more.tar.gz is not looked at: unpack it",
+        "packed/run.h5 is not looked at: no result lies beside it",
+        "packed/team.zip is not looked at: unpack it",
+    ):
+        assert passed_over in done.stderr
+    refused = realbench(mailed, "verify", "packed/team.zip", code=2).stderr
+    assert "packed/team.zip is an archive: unpack it, and give the folder" in refused
     lines = [line for line in done.stdout.splitlines() if "score.json: " in line]
     assert [line.partition(":")[0] for line in lines] == [
         f"{name}/score.json" for name in ("alone", "damaged", "forged", "honest")
     ]
     assert "verified: trials, settings (not checked: recording, code, state, play)" in lines[0]
+    assert "\n  not checked: recording, " in done.stdout
     assert "NOT VERIFIED: result: score.json is damaged" in lines[1]
     assert "NOT VERIFIED: trials: " in lines[2]
     assert "honest/score.json: verified: trials, " in lines[3]

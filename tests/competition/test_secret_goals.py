@@ -96,6 +96,17 @@ def test_what_is_no_commitment_is_refused_before_a_round_begins(place: Path, wri
     assert "64 hexadecimal digits" in done.stderr
 
 
+def test_a_commitment_to_other_goals_is_refused_before_a_round_begins(
+    place: Path, secret: str
+) -> None:
+    submission(place / "submissions" / "good", GOOD)
+    wrong = f"{secret[:-1]}{'0' if secret[-1] != '0' else '1'}"
+    path = rounds(place, goals="secret.npy", play="none", commitment=wrong)
+    done = realbench(place, "round", "run", "submissions", path, code=1)
+    assert "the commitment of round first is not that of secret.npy: " in done.stderr
+    assert f"belongs to another commitment: {secret}" in done.stderr
+
+
 def test_secret_goals_stay_unpublished_until_released(place: Path, secret: str) -> None:
     """Neither on the site nor in a report."""
     submission(place / "submissions" / "good", GOOD)

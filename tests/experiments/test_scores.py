@@ -164,7 +164,7 @@ def test_result_of_a_controller_changed_since_is_refused(
     keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
     assert rows_of(spec, ExperimentPlan(spec))[0].seeds == (0,)
     (tmp_path / "mine.py").write_text(code + "# better\n")
-    with pytest.raises(ExperimentError, match=r"mine\.py, or a file beside it, has changed since"):
+    with pytest.raises(ExperimentError, match=r"mine\.py, or other Python code in its folder"):
         rows_of(spec, ExperimentPlan(spec))
 
 

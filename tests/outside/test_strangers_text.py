@@ -167,7 +167,7 @@ class _Words(HTMLParser):
 
 
 def failed(text: str) -> str:
-    return verdicts.failure(ControllerFailedError(text), 0.0)[0]
+    return verdicts.failure(text, ControllerFailedError(text), 0.0)[0]
 
 
 def tabled(text: str) -> str:
@@ -226,7 +226,7 @@ def test_html_shows_text_as_plain_text(name: str) -> None:
 
 @pytest.mark.parametrize("name", TEXTS)
 def test_junit_shows_text_as_plain_text(name: str) -> None:
-    _, cases = verdicts.failure(ControllerFailedError(TEXTS[name]), 0.0)
+    _, cases = verdicts.failure(TEXTS[name], ControllerFailedError(TEXTS[name]), 0.0)
     root = ET.fromstring(cases.tostring())
     tags = sorted(element.tag for element in root.iter())
     assert tags == ["error", "system-out", "testcase", "testsuite", "testsuites"]

@@ -167,11 +167,13 @@ def test_names_with_control_characters_are_refused(field: str) -> None:
 
 
 def test_controller_failure_is_in_both_reports() -> None:
-    page, cases = failure(ControllerFailedError("controller mine.py:\x1b failed"), 2.5)
-    assert "controller mine.py:? failed" in page
+    page, cases = failure("mine.py", ControllerFailedError("it:\x1b failed"), 2.5)
+    assert page.startswith("## mine not tested to the end\n")
+    assert b'name="realbench mine.py"' in cases.tostring()
+    assert "it:? failed" in page
     (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
     assert case.find("error") is not None
     assert case.get("time") == "2.5"
-    _, cases = failure(SubmissionError("no good"), 0.0)
+    _, cases = failure("mine.py", SubmissionError("no good"), 0.0)
     (case,) = ElementTree.fromstring(cases.tostring()).iter("testcase")
     assert case.find("failure") is not None
