@@ -19,6 +19,7 @@ import pytest
 import yaml
 from PIL import Image
 
+from real_bench.competition.spec import Round
 from real_bench.goal_sets import load_goal_set
 from real_bench.submissions.packing import pack
 from tests.cli.shell import realbench
@@ -210,3 +211,9 @@ def test_round_that_ends_before_it_starts_is_refused(place: Path, start: str, en
     told = written_rounds(place, (start, end), code=1)
     assert "it ends (" in told or "after its end" in told
     assert not (place / "bundle.zip").exists()
+
+
+def test_a_round_is_over_when_its_end_has_passed() -> None:
+    assert Round(goals="goals.npy", end="2020-01-31 12:00:00").is_over
+    assert not Round(goals="goals.npy", end="2120-01-31 12:00:00").is_over
+    assert not Round(goals="goals.npy").is_over
