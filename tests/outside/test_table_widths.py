@@ -31,7 +31,7 @@ def test_text_table_fits_and_has_every_cell_of_the_markdown_table(
 
 def test_comparison_fits_into_a_hundred_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
-    results = (f"{RESULTS}/real_ld-coarse-IM-1-*-a.json", f"{RESULTS}/real_d-OM-1-*-a.json")
+    results = (f"{RESULTS}/real_ld-IM-1-*-a.json", f"{RESULTS}/real_d-OM-1-*-a.json")
     assert widest(realbench(ROOT, "compare", *results).stdout) <= 100
 
 

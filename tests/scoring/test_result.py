@@ -28,7 +28,7 @@ NUMBERS = st.floats(-5, 5)
 COMMANDS = Commands.of([Action.rest(4, 10_000)])
 RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
 OLDER = {
-    1: RESULTS / "full-scale" / "real_d-OM-1-seed0-a.json",
+    1: RESULTS / "earlier-control" / "real_d-OM-1-seed0-a.json",
     2: RESULTS / "full-scale" / "real_ild-coarse-IM-1-seed0-a.json",
 }
 """A result of each older version."""
