@@ -176,12 +176,17 @@ def _named(controller: str | None, run: Path | None) -> str:
 
 
 def _run_test(*, out: Path, quiet: bool, baseline: Sequence[Result] | None, **given: Any) -> Result:
-    from real_bench.scoring.verdict import check_baseline
+    from real_bench.scoring.comparison import check_baseline
 
     def check(plan: TrialPlan) -> None:
         if baseline is not None:
-            scene, goals = plan.scene.name, plan.goal_set
-            check_baseline(baseline, scene, goals.n_objects, goals.sha256, plan.trial_steps)
+            planned = {
+                "scene": plan.scene.name,
+                "scene_sha256": plan.scene.sha256,
+                "objects": plan.goal_set.n_objects,
+                "trial_steps": plan.trial_steps,
+            }
+            check_baseline(baseline, planned, plan.goal_set.sha256)
 
     result = running.run_test(out=out, check=check, **given)
     if not quiet:

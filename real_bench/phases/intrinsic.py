@@ -263,9 +263,9 @@ class _Play:
                 recorder.checkpoint(self._proxy.get_state(), ended=True)
         except RecordingError:
             raise  # it could not be written before, and cannot now
-        except BaseException:
+        except BaseException as error:
             recorder.write()
-            if recorder.n_steps:
+            if recorder.n_steps and isinstance(error, Exception):  # not a wish to stop at once
                 log.warning(
                     "%s steps are recorded in %s: once what fails is mended, --resume continues",
                     f"{recorder.n_steps:,}",

@@ -179,7 +179,7 @@ def _trials(
 
 def _render_ends(result: Result, places: Iterable[str]) -> list[Image] | list[None]:
     """Images of the ends, if one of the places has the scene, unchanged."""
-    for place in places:
+    for place in dict.fromkeys(places):
         with suppress(SceneError):
             scene = load_scene(place)
             if scene.sha256 == result.setting.scene_sha256:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -146,6 +146,30 @@ def _compare_metric(
         return MetricComparison(*means, interval, None, None)
     rates = _win_rates(a, b) if metric.higher_is_better else _win_rates(b, a)
     return MetricComparison(*means, interval, float(rates.mean()), goals_interval(rates, classes))
+
+
+def check_baseline(
+    baseline: Sequence[Result], planned: Mapping[str, Any], goals_sha256: str
+) -> None:
+    """Check before a test that its result can be compared with the baseline's.
+
+    Args:
+        baseline: results.
+        planned: what the setting of the test will have of ``COMMON_FIELDS``, and its ``scene``.
+        goals_sha256: hash of the goals that it will be on.
+
+    Raises:
+        ResultError: it cannot.
+    """
+    check_one_test(baseline)
+    setting = baseline[0].setting
+    for name in ("scene", *COMMON_FIELDS):
+        found, wanted = getattr(setting, name), planned[name]
+        if found != wanted:
+            what = name.replace("_", " ")
+            raise ResultError(f"the baseline has {what} {found}, the test {wanted}")
+    if goals_sha256 not in {result.setting.goals_sha256 for result in baseline}:
+        raise ResultError("the baseline is not on the goals of the test: give one that is")
 
 
 def _check_comparable(results: Sequence[Result]) -> None:

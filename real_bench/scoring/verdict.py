@@ -249,29 +249,6 @@ def failure(controller: str, error: ControllerError, seconds: float) -> tuple[st
     return page, _cases(controller, [Check("runs", False, line)], {}, seconds, failed=failed)
 
 
-def check_baseline(
-    baseline: Sequence[Result], scene: str, n_objects: int, goals_sha256: str, trial_steps: int
-) -> None:
-    """Check before a test that its result can be compared with the baseline's.
-
-    Raises:
-        ResultError: it cannot.
-    """
-    check_one_test(baseline)
-    setting = baseline[0].setting
-    wanted = {"scene": scene, "objects": n_objects, "trial steps": trial_steps}
-    found = {
-        "scene": setting.scene,
-        "objects": setting.objects,
-        "trial steps": setting.trial_steps,
-    }
-    if found != wanted:
-        name = next(name for name in wanted if found[name] != wanted[name])
-        raise ResultError(f"the baseline has {name} {found[name]}, the test {wanted[name]}")
-    if goals_sha256 not in {result.setting.goals_sha256 for result in baseline}:
-        raise ResultError("the baseline is not on the goals of the test: give one that is")
-
-
 def _cases(
     name: str,
     checks: Sequence[Check],

@@ -71,8 +71,8 @@ def _bundles(folder: Path, unpacked: Path) -> Iterator[Bundle]:
 
 def _warn_of_the_rest(paths: list[Path], recordings: list[Path], *, is_alone: bool) -> None:
     """Say what may have been meant to be verified, and is not."""
+    packed = PACKED | {".zip"} if is_alone else PACKED
     for path in paths:
-        packed = PACKED | {".zip"} if is_alone else PACKED
         if path.is_file() and path.suffix in packed:
             log.warning("%s is not looked at: unpack it", path)
         elif is_alone and path in recordings:

@@ -123,14 +123,18 @@ def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> Non
     assert load_result(submission / "trusted.json").trials == result.trials
 
 
-def test_a_baseline_that_cannot_be_compared_is_refused_before_the_test(submission: Path) -> None:
+def test_a_baseline_that_cannot_be_compared_is_refused_before_the_test(
+    submission: Path, builtin_scene: Scene
+) -> None:
     test = ("score", *TEST, "--goals", "goals.npy", "--baseline", "best.json")
     for changed, told in (
         ({"scene": "official"}, "the baseline has scene official, the test builtin"),
+        ({"scene_sha256": "1" * 64}, f"the baseline has scene sha256 {'1' * 64}, the test "),
         ({"trial_steps": 2000}, "the baseline has trial steps 2000, the test 10000"),
         ({}, "the baseline is not on the goals of the test"),
     ):
-        made([0.3] * 4, **changed).save(submission / "best.json")
+        fields = {"scene_sha256": builtin_scene.sha256, **changed}
+        made([0.3] * 4, **fields).save(submission / "best.json")
         assert told in realbench(submission, *test, code=1).stderr
         assert not (submission / "score.json").exists()
 
@@ -150,11 +154,14 @@ def test_testing_part_of_the_goals_needs_allow_part(submission: Path) -> None:
     assert "not the shipped one" in done.stdout
 
 
-def test_output_readable_by_the_submission_is_refused(submission: Path) -> None:
+def test_output_readable_by_the_submission_is_refused(
+    submission: Path, builtin_scene: Scene
+) -> None:
     (submission / "package").mkdir()
     (submission / "package" / "__init__.py").touch()
     secret = ("--baseline", "package/best.json")
-    made([0.3] * 4).save(submission / "package" / "best.json")
+    best = made([0.3] * 4, scene_sha256=builtin_scene.sha256)
+    best.save(submission / "package" / "best.json")
     done = realbench(submission, "score", *TEST, "--goals", "goals.npy", *secret, code=1)
     assert "lies where an isolated controller may read" not in done.stderr  # it is hidden
     assert (
