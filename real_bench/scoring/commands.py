@@ -47,7 +47,7 @@ class Commands(BaseModel):
 
     @model_validator(mode="after")
     def _data_are_commands(self) -> Commands:
-        _ = self.actions
+        _action(self._unpack())  # all as one: what holds for each command holds for all
         return self
 
     @classmethod
@@ -62,24 +62,15 @@ class Commands(BaseModel):
     @property
     def actions(self) -> list[Action]:
         """The actions, ready to be executed again."""
-        rows = self._unpack()
-        starts = np.flatnonzero(rows["begins"])
-        try:
-            return [
-                Action(part["command"], part["n_steps"], part["line"].astype(bool))
-                for part in np.split(rows, starts[1:])
-            ]
-        except ActionError as error:
-            raise ValueError(str(error)) from error
+        return [_action(part) for part in _split(self._unpack())]
 
     @property
     def sha256(self) -> str:
         """A hash of every command, its duration and its action."""
         digest = hashlib.sha256()
-        for action in self.actions:
-            digest.update(action.commands.astype("<f8").tobytes())
-            digest.update(action.n_steps.astype("<i8").tobytes())
-            digest.update(action.line.tobytes())
+        for rows in _split(self._unpack()):
+            for name in ("command", "n_steps", "line"):
+                digest.update(rows[name].tobytes())
         return digest.hexdigest()
 
     @property
@@ -111,6 +102,18 @@ class Commands(BaseModel):
         if rows["begins"][0] != 1 or max(rows["begins"].max(), rows["line"].max()) > 1:
             raise ValueError("commands do not mark where actions begin")
         return rows
+
+
+def _split(rows: NDArray[Any]) -> list[NDArray[Any]]:
+    """The rows of each action."""
+    return np.split(rows, np.flatnonzero(rows["begins"])[1:])
+
+
+def _action(rows: NDArray[Any]) -> Action:
+    try:
+        return Action(rows["command"], rows["n_steps"], rows["line"].astype(bool))
+    except ActionError as error:
+        raise ValueError(str(error)) from error
 
 
 def _rows(action: Action) -> NDArray[Any]:
