@@ -56,7 +56,9 @@ def physics_of(versions: Mapping[str, str]) -> str:
 def mixture(fingerprints: Sequence[str]) -> str:
     """A remark on scores with different physics; empty if there is only one."""
     counts = tallied_if_mixed(map(quoted, fingerprints))
-    remark = (
-        f"results with different physics are mixed ({counts}): the same commands end differently"
+    sure = len({*fingerprints} - {UNKNOWN}) > 1
+    be, end = ("are", "end") if sure else ("may be", "may end")
+    told = (
+        f"results with different physics {be} mixed ({counts}): the same commands {end} differently"
     )
-    return remark if counts else ""
+    return told if counts else ""

@@ -233,3 +233,12 @@ def test_a_table_of_unlike_rows_says_so_without_a_mark(tmp_path: Path) -> None:
     ]
     (told,) = [note for note in notes(spec, rows) if "physics" in note]
     assert told.startswith("results with different physics are mixed")
+
+
+def test_physics_that_no_one_recorded_may_be_the_same() -> None:
+    unknown = physics.physics_of({})
+    assert not physics.mixture([unknown, unknown])
+    told = physics.mixture(["a" * 16, unknown])
+    assert told.startswith("results with different physics may be mixed")
+    assert told.endswith("the same commands may end differently")
+    assert "are mixed" in physics.mixture(["a" * 16, "b" * 16, unknown])
