@@ -56,10 +56,10 @@ def physics_of(versions: Mapping[str, str]) -> str:
 def mixture(fingerprints: Sequence[str]) -> str:
     """A remark on scores with different physics; empty if there is only one."""
     counts = tallied_if_mixed(map(quoted, fingerprints))
+    if not counts:
+        return ""
     if len({*fingerprints} - {UNKNOWN}) > 1:
-        told = f"results with different physics are mixed ({counts}): the same commands end differently"
-    else:  # one of two is older than fingerprints
-        told = (
-            f"results with different physics may be mixed ({counts}): commands may end differently"
-        )
-    return told if counts else ""
+        told = f"results with different physics are mixed ({counts})"
+        return f"{told}: the same commands end differently"
+    told = f"results with different physics may be mixed ({counts})"
+    return f"{told}: the same commands may end differently"
