@@ -33,3 +33,6 @@ GOAL_SET = FileKind("goal set", ".npy", b"\x93NUMPY")
 RESULT = FileKind("result", ".json", b"{", b"realbench-result")
 REPORT = FileKind("report", ".html", b"<!doctype html>")
 ARCHIVE = FileKind("archive", ".zip", b"PK")
+JUNIT = FileKind("JUnit XML", ".xml", b"<", b"<testsuite")
+WHOLE = (RECORDING, GOAL_SET, RESULT, REPORT, ARCHIVE, JUNIT)
+"""Kinds of files to which nothing can be appended."""

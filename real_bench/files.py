@@ -11,7 +11,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from real_bench.errors import RealBenchError
-from real_bench.file_kinds import FIRST_BYTES, FileKind
+from real_bench.file_kinds import FIRST_BYTES, WHOLE, FileKind
 
 MOUNTS = Path("/proc/self/mountinfo")
 KINDS = {
@@ -122,9 +122,13 @@ def check_output(
 
 def is_of_kind(path: Path, kind: FileKind) -> bool:
     """Whether a file is, by its first bytes, or is empty."""
-    with path.open("rb") as file:
-        first = file.read(FIRST_BYTES)
+    first = _first_bytes(path)
     return not first or kind.begins(first)
+
+
+def _first_bytes(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(FIRST_BYTES)
 
 
 def check_folder(folder: Path, *, make: bool = False) -> None:
@@ -154,6 +158,7 @@ class Output:
         path: of the output.
         append: continue at the end of the file, in place, as several steps of a job do.
         overwrite: replace an existing file, unless it is appended to.
+        kind: of the file; one of another kind is never replaced, unless it is empty.
         option: that names it, for messages.
 
     Raises:
@@ -161,7 +166,13 @@ class Output:
     """
 
     def __init__(
-        self, path: Path, *, append: bool = False, overwrite: bool = False, option: str = "--out"
+        self,
+        path: Path,
+        *,
+        append: bool = False,
+        overwrite: bool = False,
+        kind: FileKind | None = None,
+        option: str = "--out",
     ) -> None:
         self._path, self._handle = path, -1
         with _as_output_error(f"cannot write {path}"):
@@ -172,7 +183,7 @@ class Output:
             elif (handle := _own_stream(status)) is not None:
                 self._handle = handle
             else:
-                check_output(path, overwrite=overwrite, instead=f"another {option}")
+                check_output(path, overwrite=overwrite, kind=kind, instead=f"another {option}")
         self._is_new = append and status is None
 
     def write(self, content: bytes) -> None:
@@ -194,10 +205,12 @@ class Output:
 
     def close(self) -> None:
         """Close it; removes a file that was created to be appended to, but was not."""
-        if self._handle >= 0:
-            os.close(self._handle)
-            self._handle = -1
-        if self._is_new:
+        if self._handle < 0:
+            return
+        is_empty = os.fstat(self._handle).st_size == 0  # else another process has written to it
+        os.close(self._handle)
+        self._handle = -1
+        if self._is_new and is_empty:
             self._path.unlink(missing_ok=True)
 
     def __enter__(self) -> Output:
@@ -215,6 +228,7 @@ class Output:
                 raise OutputError(f"{self._path} is a folder, not a file")
             if stat.S_ISREG(status.st_mode):
                 _check_writable(self._path, status)
+                _check_appendable(self._path)
         how = os.O_WRONLY | os.O_APPEND | (os.O_CREAT if status is None else 0)
         try:
             handle = os.open(self._path, how | os.O_NONBLOCK | os.O_NOCTTY, 0o666)
@@ -253,6 +267,14 @@ def _check_writable(path: Path, status: os.stat_result) -> None:
     """Refuse a protected file, even if root could write it."""
     if not status.st_mode & 0o222 or not os.access(path, os.W_OK):
         raise OutputError(f"{path} is read-only: make it writable (chmod u+w), or use another file")
+
+
+def _check_appendable(path: Path) -> None:
+    """Refuse a file that whatever is appended would spoil."""
+    first = _first_bytes(path)
+    for kind in WHOLE:
+        if first and kind.begins(first):
+            raise OutputError(f"{path} is a {kind.name}, so nothing is appended: use another file")
 
 
 def _is_mounted(file: Path) -> bool:

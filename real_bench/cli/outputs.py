@@ -19,6 +19,12 @@ OUTPUTS = ("out", "junit", "markdown")
 WRITTEN_TOO = {"evaluate": ("run",)}
 """Other options that do so in some commands."""
 
+WITHOUT_OUT = {"score": "files"}
+"""Commands that write no ``--out`` if they are given this."""
+
+RESULTS = ("files", "baseline")
+"""Arguments and options that name results: a file, a folder or a pattern."""
+
 
 def with_inputs_kept(command: click.Command) -> click.Command:
     """Let a command refuse an output that is one of its inputs, whatever else it was told."""
@@ -52,6 +58,8 @@ def _files(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
     """All files that the command line names, or that are taken by default."""
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")
+        if parameter.name == "out" and context.params.get(WITHOUT_OUT.get(context.info_name or "")):
+            continue
         if parameter.name == "run" and value is None:
             value = defaults.RUN
         if parameter.name == "controller" and (file := CONTROLLER_FILE.fullmatch(value or "")):
@@ -59,6 +67,14 @@ def _files(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
         for each in value if isinstance(value, tuple) else (value,):
             if isinstance(each, Path):
                 yield parameter, each
+            elif parameter.name in RESULTS and each is not None:
+                yield from ((parameter, file) for file in _results(each))
+
+
+def _results(named: str) -> list[Path]:
+    from real_bench.scoring.named import named_files
+
+    return named_files(named)
 
 
 def _is_same(one: Path, other: Path) -> bool:

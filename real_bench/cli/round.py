@@ -83,11 +83,14 @@ def run(
     from real_bench.competition.standing import WAITING
     from real_bench.counting import counted
     from real_bench.errors import in_short
+    from real_bench.file_kinds import JUNIT
     from real_bench.files import Output
 
     cases = None
     if junit is not None:
-        cases = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
+        cases = context.with_resource(
+            Output(junit, overwrite=overwrite, kind=JUNIT, option="--junit")
+        )
     competition = read_competition(spec)
     if name is not None and name not in competition.rounds:
         known = ", ".join(competition.rounds)

@@ -87,6 +87,7 @@ def score(
     interval over goals of the difference is not all negative. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
+    from real_bench.file_kinds import JUNIT
     from real_bench.files import Output
     from real_bench.scoring import verdict as verdicts
     from real_bench.scoring.named import read_results
@@ -101,7 +102,9 @@ def score(
     verdicts.check_minimum(minimum)
     page_file = cases_file = None
     if junit is not None:
-        cases_file = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
+        cases_file = context.with_resource(
+            Output(junit, overwrite=overwrite, kind=JUNIT, option="--junit")
+        )
     if markdown is not None:
         page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
     other = None if baseline is None else read_results(baseline)

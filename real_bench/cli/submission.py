@@ -89,6 +89,7 @@ def check(
     """
     from real_bench.competition.checking import SubmissionCheck
     from real_bench.errors import SubmissionError
+    from real_bench.file_kinds import JUNIT
     from real_bench.files import Output
     from real_bench.locks import temporary_folder
     from real_bench.phases.checking import Finding
@@ -99,7 +100,9 @@ def check(
         raise click.UsageError(f"submission not found: {place}")
     cases = None
     if junit is not None:
-        cases = context.with_resource(Output(junit, overwrite=overwrite, option="--junit"))
+        cases = context.with_resource(
+            Output(junit, overwrite=overwrite, kind=JUNIT, option="--junit")
+        )
     began = time.monotonic()
     options.print_isolation()
     with temporary_folder("realbench-submission-") as folder:

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 from real_bench.errors import ResultError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from real_bench.scoring.result import Result
 
 
@@ -22,28 +20,32 @@ def read_results(named: str) -> list[Result]:
         ResultError: there are none, or one cannot be read.
     """
     from real_bench.scoring.result import load_result
+    from real_bench.scoring.result_file import ForeignFileError
 
-    path = Path(named)
-    if path.is_dir():
-        results = list(_results_in(path))
-    elif any(sign in named for sign in "*?[") and not path.exists():
-        results = [load_result(file) for file in _matching(path)]
-    else:
-        results = [load_result(path)]
+    results = []
+    for file in named_files(named):
+        try:
+            results.append(load_result(file))
+        except ForeignFileError:  # e.g. the standing in an entry's folder of a round
+            if not Path(named).is_dir():
+                raise
     if not results:
         raise ResultError(f"no result found in {named}")
     return results
 
 
-def _results_in(folder: Path) -> Iterator[Result]:
-    from real_bench.scoring.result import load_result
-    from real_bench.scoring.result_file import ForeignFileError
+def named_files(named: str) -> list[Path]:
+    """The JSON files of a folder, the files that match a pattern, or the one file of that name.
 
-    for file in sorted(folder.glob("*.json")):
-        try:
-            yield load_result(file)
-        except ForeignFileError:  # e.g. the standing in an entry's folder of a round
-            continue
+    Raises:
+        ResultError: it is no pattern.
+    """
+    path = Path(named)
+    if path.is_dir():
+        return sorted(path.glob("*.json"))
+    if any(sign in named for sign in "*?[") and not path.exists():
+        return _matching(path)
+    return [path]
 
 
 def _matching(pattern: Path) -> list[Path]:

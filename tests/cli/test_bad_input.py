@@ -182,6 +182,9 @@ def test_extrinsic_refuses_bad_input(place: Path, arguments: tuple[str, ...], me
         ((*EVALUATE, "--run", "goals.npy", "--goals", "goals.npy"), "--run goals.npy is also"),
         ((*EVALUATE, "--run", "new.h5", "--out", "new.h5"), "new.h5 is also"),
         (("score", "goals.npy", "--junit", "n.xml", "--markdown", "n.xml"), "n.xml is also"),
+        (("score", "goals.npy", "--markdown", "goals.npy"), "goals.npy is also an input"),
+        (("score", "go*.npy", "--junit", "goals.npy"), "goals.npy is also an input"),
+        (("score", "go", "--baseline", "go*", "--junit", "goals.npy"), "is also --baseline"),
         (("film", "run.h5", "--out", "run.h5"), "--out run.h5 is also an input"),
     ],
 )

@@ -15,7 +15,16 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.file_kinds import GOAL_SET, RECORDING, REPORT, RESULT
+from real_bench.file_kinds import (
+    GOAL_SET,
+    JUNIT,
+    RECORDING,
+    REPORT,
+    RESULT,
+    WHOLE,
+    FileKind,
+)
+from real_bench.files import Output
 from tests.outside.bench import ROOT, Done, as_nobody, command, needs_root, state_of
 
 WHO = ("--controller", "real_r", "--scene", "builtin", "--condition", "OM")
@@ -260,7 +269,7 @@ def test_full_device_is_reported(place: Path, run: Run, option: str) -> None:
 def test_pipe_with_a_reader_gets_a_summary(place: Path, run: Run, option: str) -> None:
     path, got = place / "pipe", []
     os.mkfifo(path)
-    reader = threading.Thread(target=lambda: got.append(path.read_bytes()))
+    reader = threading.Thread(target=lambda: got.append(path.read_bytes()), daemon=True)
     reader.start()
     while True:  # until the reader is there
         done = run(STREAMS[option], path)
@@ -307,6 +316,28 @@ def test_refused_command_leaves_no_empty_summary(place: Path, run: Run) -> None:
     done = run(("score", "none.json", "--markdown"), place / "summary.md")
     assert "result not found: none.json" in done.last
     assert not (place / "summary.md").exists()
+
+
+@pytest.mark.parametrize("kind", WHOLE, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("option", STREAMS)
+def test_a_summary_spoils_no_other_kind_of_file(
+    place: Path, run: Run, option: str, kind: FileKind
+) -> None:
+    path, content = place / "other", kind.magic + b"..." + kind.holds
+    path.write_bytes(content)
+    done = run(STREAMS[option], path)
+    if (option, kind) == ("score --junit", JUNIT):
+        assert done.code in JUDGED
+        return
+    assert f"{path} is " in done.last
+    assert path.read_bytes() == content
+
+
+def test_a_summary_that_another_process_has_begun_is_not_removed(place: Path) -> None:
+    path = place / "summary.md"
+    with Output(path, append=True), Output(path, append=True) as other:
+        other.write(b"theirs")
+    assert path.read_bytes() == b"theirs"
 
 
 @needs_root
