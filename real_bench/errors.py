@@ -54,6 +54,10 @@ class ControllerDeclinedError(ControllerFailedError):
     """A controller that says itself, by an error of this family, why it cannot go on."""
 
 
+class StateError(ControllerFailedError):
+    """A controller's state that cannot be stored."""
+
+
 class OutOfTimeError(ControllerFailedError):
     """A controller that took longer than it may."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NoReturn, SupportsIndex
 
 from real_bench.errors import ControllerError
 from real_bench.nearest import nearest
@@ -72,6 +72,13 @@ class Observation(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._senses)
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> NoReturn:
+        """Refuse to be copied or pickled: it belongs to one world."""
+        raise ControllerError(
+            "an observation can be neither copied nor pickled: keep the values that you need, "
+            "not the observation itself"
+        )
 
     def expire(self) -> None:
         """The robot moves on: nothing more can be computed; values that were read stay."""

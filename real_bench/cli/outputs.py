@@ -56,9 +56,10 @@ def _check(context: click.Context) -> None:
 
 def _files(context: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
     """All files that the command line names, or that are taken by default."""
+    writes_out = not context.params.get(WITHOUT_OUT.get(context.info_name or "", ""))
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")
-        if parameter.name == "out" and context.params.get(WITHOUT_OUT.get(context.info_name or "")):
+        if parameter.name == "out" and not writes_out:
             continue
         if parameter.name == "run" and value is None:
             value = defaults.RUN

@@ -18,11 +18,16 @@ from real_bench.errors import ControllerDeclinedError, Interrupted, RealBenchErr
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.locks import temporary_folder
 from real_bench.phases.extrinsic import ExtrinsicPhase
-from real_bench.phases.intrinsic import IntrinsicPhase
+from real_bench.phases.intrinsic import NEVER_TAKEN, IntrinsicPhase, without_hints
 from real_bench.phases.plans import plan_test_after
 from real_bench.phases.player import make_player
 from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
-from real_bench.recording.state import is_same_state, restore_state, strip_state
+from real_bench.recording.state import (
+    ControllerState,
+    is_same_state,
+    restore_state,
+    strip_state,
+)
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
 
@@ -37,6 +42,8 @@ LOSES_ALL = (
     "what it learns at play is lost, since another process tests it: define get_state() and "
     "set_state(), or use_experience()"
 )
+SURVIVES = "survives set_state(get_state())"
+CHANGES = "set_state(get_state()) gives another state"
 
 
 @dataclass(frozen=True)
@@ -108,7 +115,7 @@ class ControllerCheck:
             state = self._state(task, proxy, identity)
             yield state
         if self.tests_a_goal and state.good:
-            yield self._test(identity, first.duration)
+            yield from self._test(task, identity, first.duration)
 
     def _state(self, task: Task, proxy: ControllerProxy, identity: Identity) -> Finding:
         if not identity.hands_over_state and identity.learns_from_experience:
@@ -117,20 +124,20 @@ class ControllerCheck:
             return Finding("state", False, LOSES_ALL)
         if not identity.hands_over_state:
             return Finding("state", True, "has none to hand over")
-        state = proxy.get_state()
+        if not identity.takes_state:
+            return Finding("state", False, NEVER_TAKEN)
+        same = self._survives(task, proxy.get_state())
+        return Finding("state", same, f"{SURVIVES if same else CHANGES} (after its first action)")
+
+    def _survives(self, task: Task, state: ControllerState) -> bool:
+        """Whether a controller that is given a state hands over the same."""
         structure, arrays = strip_state(state)
         with self._proxy(task) as other:
             other.seed(SEED)
             other.set_state(restore_state(structure, lambda number: arrays[number]))
-            same = is_same_state(state, other.get_state())
-        detail = (
-            "survives set_state(get_state())"
-            if same
-            else "set_state(get_state()) gives another state"
-        )
-        return Finding("state", same, detail)
+            return is_same_state(state, other.get_state())
 
-    def _test(self, identity: Identity, n_steps: int) -> Finding:
+    def _test(self, task: Task, identity: Identity, n_steps: int) -> Iterator[Finding]:
         """Play, learn and test a goal for ``n_steps`` as the commands do."""
         with temporary_folder("realbench-check-") as folder:
             play = IntrinsicPhase(
@@ -144,7 +151,14 @@ class ControllerCheck:
                 settings=self.settings,
                 backend=self.backend,
             )
-            proxy: ControllerProxy | None = play.run(lambda _: None)
+            with without_hints():
+                proxy: ControllerProxy | None = play.run(lambda _: None)
+            if proxy and identity.hands_over_state:
+                same = self._survives(task, proxy.get_state())
+                yield Finding("state", same, f"{SURVIVES if same else CHANGES} (after its play)")
+                if not same:
+                    proxy.close()
+                    return
             if proxy and (identity.hands_over_state or identity.learns_from_experience):
                 proxy.close()
                 proxy = None  # another process would test it
@@ -154,8 +168,9 @@ class ControllerCheck:
                 test.run(lambda _: None, proxy=proxy)
             except ControllerDeclinedError as error:  # it may need a longer play
                 said = f"not tried: it declines after {play.steps:,} steps of play ({error})"
-                return Finding("tests", True, said)
-        return Finding("tests", True, f"a goal, after {play.steps:,} steps of play")
+                yield Finding("tests", True, said)
+                return
+        yield Finding("tests", True, f"a goal, after {play.steps:,} steps of play")
 
     @contextmanager
     def _proxy(self, task: Task) -> Iterator[ControllerProxy]:

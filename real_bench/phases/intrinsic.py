@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
-from real_bench.errors import Interrupted, RealBenchError, RecordingError
+from real_bench.errors import Interrupted, RealBenchError, RecordingError, StateError
 from real_bench.file_kinds import RECORDING
 from real_bench.files import check_output
 from real_bench.lengths import LARGEST
@@ -63,6 +64,8 @@ class Progress:
 OnPlay = Callable[[Progress], None]
 
 log = logging.getLogger(__name__)
+
+NEVER_TAKEN = "what get_state() hands over is never taken: define set_state(), too"
 
 
 @dataclass(frozen=True)
@@ -156,6 +159,8 @@ class IntrinsicPhase:
                 "it has neither get_state() nor use_experience(): if it learns, only "
                 "`realbench evaluate` tests what it learned"
             )
+        elif identity.hands_over_state and not identity.takes_state:
+            log.warning("%s", NEVER_TAKEN)
 
     def _files(self, resume: bool) -> Mapping[str, bytes]:
         if not resume:
@@ -222,6 +227,20 @@ class IntrinsicPhase:
 MAX_CHECKPOINT_INTERVAL_S = 10.0
 
 
+@contextmanager
+def without_hints() -> Iterator[None]:
+    """Do not say how a play that fails can go on: its recording is not kept."""
+
+    def refuse(_: logging.LogRecord) -> bool:
+        return False
+
+    log.addFilter(refuse)
+    try:
+        yield
+    finally:
+        log.removeFilter(refuse)
+
+
 class _Play:
     """The play itself, from wherever the phase is."""
 
@@ -249,18 +268,18 @@ class _Play:
             if recorder.n_steps < self._steps:
                 self._play(report, stop)
             recorder.keep_files(self._proxy.get_files())
-            recorder.checkpoint(self._proxy.get_state())
+            self._checkpoint()
             if recorder.n_steps >= self._steps:
                 with self._learning():
                     self._proxy.call("end_intrinsic_phase", self._player.look(), 0, True)
                 recorder.add_logged(self._proxy.take_logged())
-                recorder.checkpoint(self._proxy.get_state())
+                self._checkpoint()
                 recorder.write()
                 with self._learning():
                     self._proxy.use_experience(Experience(self._out, self._task.condition))
                 recorder.add_logged(self._proxy.take_logged())
                 recorder.keep_files(self._proxy.get_files())
-                recorder.checkpoint(self._proxy.get_state(), ended=True)
+                self._checkpoint(ended=True)
         except RecordingError:
             raise  # it could not be written before, and cannot now
         except BaseException as error:
@@ -308,11 +327,17 @@ class _Play:
             simulation.image().retina if self._recorder.has_images else None,
         )
 
+    def _checkpoint(self, *, ended: bool = False) -> None:
+        try:
+            self._recorder.checkpoint(self._proxy.get_state(), ended=ended)
+        except StateError as error:
+            raise StateError(f"controller {self._proxy.spec}: get_state(): {error}") from error
+
     def _checkpoint_if_cheap(self) -> None:
         """Take the controller's state: as often as it costs little, and every ten seconds."""
         began = time.monotonic()
         if began >= self._next_checkpoint:
-            self._recorder.checkpoint(self._proxy.get_state())
+            self._checkpoint()
             now = time.monotonic()
             self._next_checkpoint = now + min(99 * (now - began), MAX_CHECKPOINT_INTERVAL_S)
 

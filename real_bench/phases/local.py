@@ -94,6 +94,7 @@ def identify(
         learns_across_trials=_learns_across_trials(kind),
         learns_from_experience=overrides_hook(kind, "use_experience"),
         hands_over_state=overrides_hook(kind, "get_state"),
+        takes_state=overrides_hook(kind, "set_state"),
         settings=(
             {}
             if settings is None

@@ -118,28 +118,26 @@ def plan_test(
     backend = backend or LocalBackend()
     path, header = _find_run(run, optional=controller is not None)
     given = None if goals is None else as_goal_set(goals)
-    known = header.objects if header else given.n_objects if given else 1
-    n_objects = known if objects is None else objects
-    if scene is None:
-        scene = header.scene_source if header else DEFAULT_SCENE
-    if condition is None:
-        condition = header.condition if header else _condition_of(controller)
-    loaded = load_scene(scene)
-    n_objects = len(loaded.object_names(n_objects))
-    wanted = Condition.parse(condition)
-    mismatches = header.mismatches(wanted, n_objects, loaded.sha256) if header else []
-    if mismatches and run is None:
-        log.info("%s is not used: %s", path, "; ".join(mismatches))
+    if header and run is None and (reasons := _misfits(header, given, condition, objects, scene)):
+        log.info("%s is not used: %s", path, "; ".join(reasons))
         path = header = None
     if controller is None and header is None:
         raise RealBenchError(
             "no controller given, and no recording to take it from (try --controller real_r)"
         )
+    if objects is None:
+        objects = header.objects if header else given.n_objects if given else 1
+    if condition is None:
+        condition = header.condition if header else _condition_of(controller)
+    if scene is None:
+        scene = header.scene_source if header else DEFAULT_SCENE
+    loaded = load_scene(scene)
+    n_objects = len(loaded.object_names(objects))
     if path is not None:
         _check_is_over(path, run_steps)
     return TrialPlan(
         controller=controller or (header.controller_source if header else ""),
-        condition=wanted,
+        condition=Condition.parse(condition),
         scene=loaded,
         goal_set=goals_for_test(given, n_objects, loaded),
         seed=seed if seed is not None else (header.seed if header else 0),
@@ -176,6 +174,23 @@ def _values(settings: Mapping[str, Any] | None) -> Mapping[str, Any]:
             f'settings must be a dict, e.g. {{"planner": {{"depth": 8}}}}, not {short(settings)}'
         )
     return settings or {}
+
+
+def _misfits(
+    header: Header,
+    goals: GoalSet | None,
+    condition: str | None,
+    objects: int | None,
+    scene: str | None,
+) -> list[str]:
+    """Why a recording that nobody named cannot serve a test of which this is given."""
+    if objects is None:
+        objects = header.objects if goals is None else goals.n_objects
+    return header.mismatches(
+        Condition.parse(condition or header.condition),
+        objects,
+        header.scene_sha256 if scene is None else load_scene(scene).sha256,
+    )
 
 
 def _condition_of(controller: str | None) -> str:
@@ -243,6 +258,15 @@ def _check_is_over(run: Path, run_steps: int | None) -> None:
             "afterwards (realbench intrinsic --resume)"
         )
     with Recording(run) as recording:
-        n_steps, total = recording.n_steps, recording.total_steps
-    if n_steps < total and run_steps is None:
+        n_steps, total, ended = recording.n_steps, recording.total_steps, recording.ended
+    if run_steps is not None:
+        return
+    if n_steps < total:
         log.warning("%s ends after %s of %s steps", run, f"{n_steps:,}", f"{total:,}")
+    elif not ended:
+        log.warning(
+            "%s has all %s steps, but what the controller does at their end (end_intrinsic_phase, "
+            "use_experience) failed or was stopped: `realbench intrinsic --resume` does it again",
+            run,
+            f"{n_steps:,}",
+        )

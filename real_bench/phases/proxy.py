@@ -35,6 +35,7 @@ class Identity:
         learns_across_trials: whether it goes on learning from trial to trial.
         learns_from_experience: whether it learns from a recording (``use_experience``).
         hands_over_state: whether it hands over what it learned (``get_state``).
+        takes_state: whether it takes what it handed over (``set_state``).
         settings: in full, as plain values.
     """
 
@@ -46,6 +47,7 @@ class Identity:
     learns_across_trials: bool
     learns_from_experience: bool
     hands_over_state: bool
+    takes_state: bool
     settings: Mapping[str, Any]
 
     def __str__(self) -> str:

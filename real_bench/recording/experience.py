@@ -61,6 +61,7 @@ class Experience:
         self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
         self.durations: NDArray[np.int64] = rows["n_steps"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
+        self._freeze()
 
     def __deepcopy__(self, memo: object) -> Experience:
         return self  # it never changes, so copies of a controller may share it
@@ -82,7 +83,14 @@ class Experience:
         part.durations = self.durations[first:]
         part._first_commands = self._first_commands[first:]
         part._n_commands = self._n_commands[first:]
+        part._freeze()
         return part
+
+    def _freeze(self) -> None:
+        """Protect what all copies of a controller share."""
+        shown = (self.joint_positions, self.durations, self._preconditions, self._outcomes)
+        for array in shown:
+            array.setflags(write=False)
 
     def positions_before(self) -> NDArray[np.float64]:
         """Objects' positions before each action, (n, n_objects, 3) metres; needs O."""

@@ -91,6 +91,7 @@ class Recorder:
         self._rows = _Rows()
         self._files: Mapping[str, bytes] | None = None  # not written yet
         self._checkpoint: tuple[dict[str, int], int, ControllerState, bool] | None = None
+        self._unwritten: tuple[Batch, _Rows] | None = None  # and the rows after it
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
 
     @classmethod
@@ -186,16 +187,23 @@ class Recorder:
         self._files = files
 
     def write(self) -> None:
-        """Write the rows up to the last checkpoint."""
-        if self._checkpoint is None:
-            return
-        lengths, n_steps, state, ended = self._checkpoint
-        batch = self._batch(self._rows.first(lengths), n_steps, state, ended)
+        """Write the rows up to the last checkpoint.
+
+        If it is interrupted, calling it again writes what is missing, and nothing twice.
+        """
+        if self._unwritten is None:
+            if self._checkpoint is None:
+                return
+            lengths, n_steps, state, ended = self._checkpoint
+            batch = self._batch(self._rows.first(lengths), n_steps, state, ended)
+            self._unwritten = batch, self._rows.after(lengths)
+        batch, later = self._unwritten
         self._file.append(batch)
         self._commands_sha256 = batch.commands_sha256
-        self._rows.drop(lengths)
+        self._rows = later
         self._checkpoint = self._files = None
         self._next_write = time.monotonic() + SECONDS_BETWEEN_WRITES
+        self._unwritten = None
 
     def close(self) -> None:
         """Close the file; what was not written is lost."""
@@ -269,10 +277,9 @@ class _Rows:
         """The first rows of each."""
         return _Rows(**{name: getattr(self, name)[:n] for name, n in lengths.items()})
 
-    def drop(self, lengths: dict[str, int]) -> None:
-        """Drop the first rows of each."""
-        for name, n in lengths.items():
-            del getattr(self, name)[:n]
+    def after(self, lengths: dict[str, int]) -> _Rows:
+        """The rows of each after the first."""
+        return _Rows(**{name: getattr(self, name)[n:] for name, n in lengths.items()})
 
 
 def _check_resumable(recording: Recording, header: Header, steps: int) -> None:

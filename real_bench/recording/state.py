@@ -14,7 +14,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from real_bench.errors import RecordingError
+from real_bench.errors import StateError
 
 ControllerState = dict[str, Any]
 """What a controller hands over: a dict from names to numbers, text, bytes, numpy arrays, or lists
@@ -27,7 +27,7 @@ _LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 
 def save_state(group: h5py.Group, state: ControllerState) -> None:
-    """Write a state into an empty group; raises RecordingError for what cannot be stored."""
+    """Write a state into an empty group; raises StateError for what cannot be stored."""
     tree, datasets = strip_state(state)
     group.create_dataset(_TREE, data=np.frombuffer(tree.encode(), np.uint8))
     for number, array in enumerate(datasets):
@@ -40,7 +40,7 @@ def load_state(group: h5py.Group) -> ControllerState:
 
 
 def check_state(state: ControllerState) -> None:
-    """Raise RecordingError if a state cannot be stored."""
+    """Raise StateError if a state cannot be stored."""
     strip_state(state)
 
 
@@ -65,15 +65,13 @@ def strip_state(state: ControllerState) -> tuple[str, list[np.ndarray[Any, Any]]
     """The structure of a state as JSON, and the arrays that it refers to by number.
 
     Raises:
-        RecordingError: it holds something that cannot be stored.
+        StateError: it holds something that cannot be stored.
     """
     datasets: list[np.ndarray[Any, Any]] = []
     try:
         return json.dumps(_strip(state, datasets, "state")), datasets
     except RecursionError as error:
-        raise RecordingError(
-            "a controller's state is nested too deeply, or contains itself"
-        ) from error
+        raise StateError("a controller's state is nested too deeply, or contains itself") from error
 
 
 def restore_state(structure: str, array: Callable[[int], Any]) -> ControllerState:
@@ -118,8 +116,8 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
         return {key: _strip(item, datasets, f"{where}[{key!r}]") for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_strip(item, datasets, f"{where}[{i}]") for i, item in enumerate(value)]
-    raise RecordingError(
-        f"a controller's {where} has type {type(value).__name__}: only numbers, text, bytes, "
+    raise StateError(
+        f"its {where} has type {type(value).__name__}: only numbers, text, bytes, "
         "numpy arrays, and lists and dicts (with text keys) of these can be stored"
         + (" (of a tensor: its .numpy())" if type(value).__name__ == "Tensor" else "")
     )
@@ -127,9 +125,7 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
 
 def _strip_array(array: np.ndarray[Any, Any], datasets: list[Any], where: str) -> dict[str, Any]:
     if array.dtype.kind not in "biufc":
-        raise RecordingError(
-            f"a controller's {where} is an array of {array.dtype}: only numbers can be stored"
-        )
+        raise StateError(f"its {where} is an array of {array.dtype}: only numbers can be stored")
     datasets.append(array.copy())
     return {_MARK: "array", "number": len(datasets) - 1}
 

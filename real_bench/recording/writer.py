@@ -55,7 +55,7 @@ class AppendOnlyFile:
         self._before = self._visible.with_name(f".{self._visible.name}.before")
         self._is_empty = False  # begun here, and holds no action yet?
         self._behind: Batch | None = None  # what the hidden copy lacks; unknown without a copy
-        self._in_doubt = False  # was an append interrupted, perhaps after it was done?
+        self._tried: Batch | None = None  # appended, or interrupted while it was
         with ExitStack() as held:  # released in reverse: first the hidden files, then the lock
             try:
                 held.enter_context(write_lock(path))
@@ -83,16 +83,19 @@ class AppendOnlyFile:
             self._hidden.replace(self._visible)
 
     def append(self, batch: Batch) -> None:
-        """Add rows; raises RecordingError if that fails, with the visible file unchanged."""
+        """Add rows, once however often the same batch is given.
+
+        Raises:
+            RecordingError: that fails; the visible file is unchanged.
+        """
         with self._all_or_nothing():
-            if not (self._in_doubt and self._has_steps_of(batch)):
-                self._in_doubt = True
+            if not (batch is self._tried and self._has_rows_of(batch)):
+                self._tried = batch
                 self._catch_up()
                 self._write(batch)
                 with self._hidden.open("rb") as written:
                     os.fsync(written.fileno())
                 self._behind = batch if self._swap() else None
-            self._in_doubt = False
             if self._is_empty and len(batch.transitions):
                 self._is_empty = False
                 self._before.unlink(missing_ok=True)
@@ -139,10 +142,12 @@ class AppendOnlyFile:
                 "to replace: move one of them away"
             ) from error
 
-    def _has_steps_of(self, batch: Batch) -> bool:
-        """Whether the rows of an append that was interrupted are in the visible file."""
+    def _has_rows_of(self, batch: Batch) -> bool:
+        """Whether the rows of an append that may have been interrupted are in the visible file."""
         with open_hdf5(self._visible, "r") as file:
-            return len(batch.transitions) > 0 and int(file.attrs["n_steps"]) >= batch.n_steps
+            same_steps = int(file.attrs["n_steps"]) >= batch.n_steps
+            same_end = bool(file.attrs["ended"]) == batch.ended
+        return (len(batch.transitions) > 0 or batch.ended) and same_steps and same_end
 
     def _write(self, batch: Batch) -> None:
         self._reserve(batch.most_bytes)

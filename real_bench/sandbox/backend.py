@@ -90,6 +90,7 @@ def _identity(
             "learns_across_trials": bool(learns_across_trials),
             "learns_from_experience": bool(learns_from_experience),
             "hands_over_state": bool(hands_over_state),
+            "takes_state": bool(takes_state),
             "settings": dict(settings),
         }:
             return Identity(
@@ -101,6 +102,7 @@ def _identity(
                 learns_across_trials=learns_across_trials,
                 learns_from_experience=learns_from_experience,
                 hands_over_state=hands_over_state,
+                takes_state=takes_state,
                 settings=settings,
             )
     raise client.fault("its process did not describe the controller", BrokenRuleError)

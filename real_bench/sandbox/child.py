@@ -88,6 +88,7 @@ class RpcServer:
             "learns_across_trials": identity.learns_across_trials,
             "learns_from_experience": identity.learns_from_experience,
             "hands_over_state": identity.hands_over_state,
+            "takes_state": identity.takes_state,
             "settings": dict(identity.settings),
         }
 

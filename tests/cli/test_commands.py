@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -14,6 +15,7 @@ from PIL import Image
 
 from real_bench.cli import COMMANDS, cli
 from real_bench.goal_sets import save_goal_set
+from real_bench.phases.plans import plan_test
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals
@@ -194,6 +196,36 @@ def test_default_recording_that_does_not_fit_is_ignored(
     done = realbench(workplace, "extrinsic", *arguments, "--trial-steps", "500")
     assert "run.h5 is not used: it has 1 object, not 2" in done.stderr
     assert json.loads((workplace / "two.json").read_text())["setting"]["run_steps"] == 0
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"condition": "OJ"},
+        {"objects": 2},
+        {"scene": "official"},
+        {"goals": "two.npy"},
+        {"condition": "IJ", "objects": 1},
+    ],
+)
+def test_what_is_not_used_decides_nothing(
+    workplace: Path,
+    builtin_scene: Scene,
+    official_scene: Scene,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    given: dict[str, Any],
+) -> None:
+    """A test beside a recording that does not fit is the test that it would be elsewhere."""
+    for folder in (workplace, tmp_path):
+        save_goal_set(tiny_goals(builtin_scene, n_objects=2), folder / "two.npy")
+    plans = []
+    for folder in (workplace, tmp_path):
+        monkeypatch.chdir(folder)
+        in_builtin = {"scene": "builtin"} if "goals" in given else {}
+        plan = plan_test(**{"controller": "real_r", **in_builtin, **given})
+        plans.append((plan.run, plan.condition, plan.scene.name, plan.goal_set.sha256, plan.seed))
+    assert plans[0] == plans[1]
 
 
 def test_the_goal_file_loads_without_pickle(workplace: Path) -> None:

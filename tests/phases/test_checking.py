@@ -93,6 +93,63 @@ def test_commands_beyond_the_action_space_are_remarked(
     assert ("beyond the action space (from [-0.25, -0.5, " in plays.detail) == is_beyond
 
 
+LEARNS_LAST = """
+from real_bench import Action, Controller
+
+class Mine(Controller):
+    best = None
+
+    def next_action(self, observation):
+        return Action.rest(4, 20)
+
+    def end_intrinsic_phase(self, observation, reward, done):
+        self.best = 7
+
+    def get_state(self):
+        return {} if self.best is None else {"best": self.best}
+
+    def set_state(self, state):
+        self.best = state.get("bset")
+"""
+
+
+@pytest.mark.parametrize("backend", [LOCAL, SANDBOX], ids=["here", "isolated"])
+@pytest.mark.parametrize("is_mended", [False, True])
+def test_a_state_that_is_lost_at_the_end_of_play_is_found(
+    tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend, is_mended: bool
+) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(LEARNS_LAST.replace("bset", "best") if is_mended else LEARNS_LAST)
+    check = ControllerCheck(
+        str(file), Condition.parse("OM"), builtin_scene, 1, {}, backend, tests_a_goal=True
+    )
+    last = list(check.findings())[-1]
+    assert last.good == is_mended
+    if not is_mended:
+        assert last.detail == "set_state(get_state()) gives another state (after its play)"
+
+
+def test_a_state_that_is_never_taken_is_found(tmp_path: Path, builtin_scene: Scene) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(CODE.replace("def set_state", "def set_states"))
+    check = ControllerCheck(str(file), Condition.parse("OM"), builtin_scene, 1, {}, LOCAL)
+    last = list(check.findings())[-1]
+    assert not last.good
+    assert "define set_state(), too" in last.detail
+
+
+def test_a_check_does_not_tell_how_to_resume_what_it_removes(
+    tmp_path: Path, builtin_scene: Scene, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(LEARNS_LAST.replace("self.best = 7", "raise ValueError('a bug')"))
+    check = ControllerCheck(
+        str(file), Condition.parse("OM"), builtin_scene, 1, {}, LOCAL, tests_a_goal=True
+    )
+    assert "a bug" in list(check.findings())[-1].detail
+    assert "--resume" not in caplog.text
+
+
 def test_every_fault_of_a_controller_gives_its_submission_a_status() -> None:
     kinds, named = [ControllerError], set()
     while kinds:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -142,19 +143,20 @@ def test_pressing_ctrl_c_twice_during_a_write_loses_nothing(
     check_every_command_was_given_once(Path("run.h5"), whole)
 
 
+@pytest.mark.parametrize("step", ["_swap", "append"])
 def test_pressing_ctrl_c_twice_just_after_a_write_loses_nothing(
-    play: Play, monkeypatch: pytest.MonkeyPatch
+    play: Play, monkeypatch: pytest.MonkeyPatch, step: str
 ) -> None:
-    swap, presses = AppendOnlyFile._swap, [signal.SIGINT] * 2
+    done, presses = getattr(AppendOnlyFile, step), [signal.SIGINT] * 2
 
-    def swap_and_press(file: AppendOnlyFile) -> bool:
-        swapped = swap(file)
+    def press(file: AppendOnlyFile, *given: Any) -> Any:
+        outcome = done(file, *given)
         while presses:
             signal.raise_signal(presses.pop())
-        return swapped
+        return outcome
 
     monkeypatch.setattr(recorder, "SECONDS_BETWEEN_WRITES", 0.0)
-    monkeypatch.setattr(AppendOnlyFile, "_swap", swap_and_press)
+    monkeypatch.setattr(AppendOnlyFile, step, press)
     with pytest.raises(KeyboardInterrupt):
         play("real_r", 4000)
     play("real_r", 4000, resume=True)

@@ -14,10 +14,13 @@ from real_bench.errors import ControllerError, RealBenchError
 from real_bench.observation import missing_key
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
+from real_bench.phases.plans import plan_test
+from real_bench.phases.player import make_player
 from real_bench.phases.proxy import ControllerBackend
 from real_bench.recording import Recording
 from real_bench.sandbox import SandboxBackend
 from real_bench.simulation import Scene
+from real_bench.task import Task
 
 HEAD = """
 from real_bench import Action, Controller, Settings
@@ -116,3 +119,51 @@ def test_what_is_recorded_before_a_failure_is_told(
         play(tmp_path, builtin_scene, code + ACTS.replace("LINE", "pass"), LocalBackend())
     kept = f"60 steps are recorded in {tmp_path / 'run.h5'}: once what fails is mended, --resume"
     assert any(record.message.startswith(kept) for record in caplog.records)
+
+
+@BACKENDS
+def test_a_state_that_cannot_be_stored_keeps_the_actions_before_it(
+    tmp_path: Path,
+    builtin_scene: Scene,
+    backend: ControllerBackend,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    code = ACTS.replace("LINE", "self.n += 1") + (
+        "    n = 0\n"
+        "    def get_state(self): return {'n': self.n, 'seen': {1} if self.n == 3 else []}\n"
+        "    def set_state(self, state): self.n = state['n']\n"
+    )
+    with pytest.raises(ControllerError, match="seen"):
+        play(tmp_path, builtin_scene, code, backend)
+    with Recording(tmp_path / "run.h5") as recording:
+        assert recording.n_steps > 0
+    assert "--resume continues" in caplog.text
+
+
+def test_a_kept_observation_is_named_when_it_cannot_be_copied(
+    tmp_path: Path, builtin_scene: Scene
+) -> None:
+    code = ACTS.replace("LINE", "self.last = observation")
+    run = play(tmp_path, builtin_scene, code, LocalBackend())
+    with Recording(run) as recording:
+        assert recording.n_steps == 60
+    task = Task(builtin_scene, Condition.parse("IM"), 1)
+    proxy = LocalBackend().proxy(str(tmp_path / "mine.py"), {}, task)
+    task.begin()
+    make_player(proxy, task).play(20)
+    with pytest.raises(ControllerError, match="keep the values that you need"):
+        proxy.copy()
+    task.close()
+
+
+def test_a_play_whose_end_failed_is_tested_with_a_warning(
+    tmp_path: Path, builtin_scene: Scene, caplog: pytest.LogCaptureFixture
+) -> None:
+    code = ACTS.replace("LINE", "pass") + (
+        "    def end_intrinsic_phase(self, observation, reward, done): raise ValueError('a bug')\n"
+    )
+    with pytest.raises(ControllerError, match="a bug"):
+        play(tmp_path, builtin_scene, code, LocalBackend())
+    caplog.clear()
+    plan_test(run=tmp_path / "run.h5")
+    assert "run.h5 has all 60 steps, but what the controller does at their end" in caplog.text

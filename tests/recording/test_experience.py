@@ -101,3 +101,14 @@ def test_nothing_follows_the_last_action(cut_path: Path) -> None:
         rest = experience.since(first)
         assert len(rest) == rest.n_states == len(rest.joint_positions) == 0
         assert rest.map_images(np.array).shape == (0,)
+
+
+def test_trials_cannot_change_what_they_share(cut_path: Path) -> None:
+    experience = copy.deepcopy(Experience(cut_path, "OM"))
+    shown = ("joint_positions", "durations", "preconditions", "outcomes")
+    for part in (experience, experience.since(1)):
+        for name in shown:
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(part, name)[:] = 0
+    experience.positions_after()[:] = 0  # a copy of one's own
+    assert experience.positions_after().any()

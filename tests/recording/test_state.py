@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
-from real_bench.errors import RecordingError
+from real_bench.errors import StateError
 from real_bench.recording.state import check_state, is_same_state, load_state, save_state
 
 NUMBER_TYPES = (
@@ -126,12 +126,12 @@ def test_an_integer_of_any_size_survives() -> None:
 def test_unsupported_values_are_refused_with_their_place(
     value: object, keep: Callable[[dict[str, Any]], object]
 ) -> None:
-    with pytest.raises(RecordingError, match=r"state\['a'\]\[1\]"):
+    with pytest.raises(StateError, match=r"state\['a'\]\[1\]"):
         keep({"a": [0, value]})
 
 
 def test_a_state_that_holds_itself_is_refused() -> None:
     state: dict[str, Any] = {}
     state["self"] = state
-    with pytest.raises(RecordingError):
+    with pytest.raises(StateError):
         check_state(state)

@@ -225,9 +225,11 @@ def test_write_that_is_interrupted_when_it_is_done_stays(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(file, "_swap", swap_and_interrupt)
+    batch = batch_of(cut_path, 0, 2)
     with pytest.raises(KeyboardInterrupt):
-        file.append(batch_of(cut_path, 0, 2))
-    file.append(batch_of(cut_path, 0, 2))
+        file.append(batch)
+    for _ in range(2):
+        file.append(batch)
     file.close()
     assert list(tmp_path.iterdir()) == [path]
     with Recording(path) as recording:

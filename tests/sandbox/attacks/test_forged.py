@@ -25,6 +25,7 @@ IDENTITY = Identity(
     uses_images=False,
     learns_across_trials=False,
     learns_from_experience=False,
+    takes_state=False,
     hands_over_state=False,
     settings={},
 )
