@@ -32,6 +32,7 @@ from real_bench.scoring.statistics import (
     OVER_GOALS,
     OVER_PLAYS_AND_GOALS,
     Floats,
+    difference_interval,
     goals_interval,
     interval_heading,
     plays_interval,
@@ -41,6 +42,7 @@ SPEC = Path(__file__).parent / "paper.yaml"
 COUNTS = np.array(list(OFFICIAL_COUNTS.values()))
 SETS = (1, 4)
 PLAYS = (2, 3, 5, 10)
+PLAYS_COMPARED = (3, 5, 10)
 SPREADS = (0.0, 0.05, 0.1, 0.2)
 MAX_SHARE = 0.98
 MANY = 20_000
@@ -96,6 +98,20 @@ def coverage(scores: Scores, n_plays: int, n_sets: int, spread: float, n_tests: 
     return held / n_tests
 
 
+def coverage_of_a_difference(
+    scores: Scores, n_plays: int, n_sets: int, spread: float, n_tests: int
+) -> float:
+    """How often the interval of the difference of two alike, of other plays, holds zero."""
+    random = np.random.default_rng(100 + n_plays)
+    classes = np.repeat(list(OFFICIAL_COUNTS), n_sets * COUNTS).tolist()
+    held = 0
+    for values in scores.draw((n_tests, 2 * n_plays), n_sets, spread, random):
+        a, b = values[:n_plays], values[n_plays:]
+        found = difference_interval(a, b, classes, same_plays=False)
+        held += found is not None and found.low <= 0 <= found.high
+    return held / n_tests
+
+
 def coverage_of_one(scores: Scores, n_sets: int, n_tests: int) -> float:
     """How often the interval of one result holds the mean of all goals, after the same play."""
     random = np.random.default_rng(1)
@@ -133,6 +149,8 @@ def main(tests: int) -> None:
     console = Console(width=80)
     columns = ("scores of", "goals", "plays differ by", *(f"{n} plays" for n in PLAYS))
     held = Table(*columns, title=interval_heading(OVER_PLAYS_AND_GOALS))
+    columns = ("scores of", "goals", "plays differ by", *(f"{n} plays" for n in PLAYS_COMPARED))
+    differences = Table(*columns, title=f"{interval_heading(OVER_PLAYS_AND_GOALS)}, of A - B")
     alone = Table("scores of", "goals", "1 play", title=interval_heading(OVER_GOALS))
     for scores in OURS:
         for n_sets in SETS:
@@ -140,8 +158,16 @@ def main(tests: int) -> None:
             for spread in SPREADS:
                 shares = (coverage(scores, n, n_sets, spread, tests) for n in PLAYS)
                 held.add_row(scores.name, goals, f"{spread:.0%}", *(f"{s:.1%}" for s in shares))
+                shares = (
+                    coverage_of_a_difference(scores, n, n_sets, spread, tests)
+                    for n in PLAYS_COMPARED
+                )
+                differences.add_row(
+                    scores.name, goals, f"{spread:.0%}", *(f"{s:.1%}" for s in shares)
+                )
             alone.add_row(scores.name, goals, f"{coverage_of_one(scores, n_sets, tests // 4):.1%}")
-    console.print(held, f"With fewer than {MIN_PLAYS} plays the table shows none.", alone)
+    console.print(held, f"With fewer than {MIN_PLAYS} plays the table shows none.")
+    console.print(differences, alone)
     found = Table("cell", "plays", "goals", "plays differ by", title="our results")
     squares = []
     for name, n_plays, n_goals, spread in play_spreads():

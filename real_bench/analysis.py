@@ -16,6 +16,8 @@ from real_bench.errors import RealBenchError
 from real_bench.real_x.abstraction import DynamicAbstraction
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import MOVED_M
+from real_bench.scoring.metric import SCORE
+from real_bench.scoring.repeats import by_goal
 from real_bench.scoring.result import Result
 
 Floats = NDArray[np.float64]
@@ -154,25 +156,29 @@ def count_by_period(happened: NDArray[np.bool_], period: int = ACTIONS_PER_PERIO
 
 
 def scores_by_goal(results: Sequence[Result]) -> tuple[tuple[str, ...], Floats]:
-    """Class of each goal, and its mean score over results on the same goals, (n_goals,)."""
+    """Class of each goal, and its mean score over plays, (n_goals,); of results on the same goals.
+
+    Raises:
+        RealBenchError: their goals differ, or two are of the same test.
+    """
     kinds = {
         (result.setting.goals_sha256, tuple(trial.goal for trial in result.trials))
         for result in results
     }
     if len(kinds) != 1:
         raise RealBenchError("scores by goal need results on the same goals of one set")
-    scores = [[trial.score for trial in result.trials] for result in results]
-    classes = tuple(trial.challenge for trial in results[0].trials)
-    return classes, np.asarray(np.mean(scores, axis=0), np.float64)
+    table = by_goal(results)
+    return table.classes, np.asarray(table.by_play(table.values(SCORE)).mean(axis=0), np.float64)
 
 
 def score_by_length(results: Sequence[Result]) -> tuple[NDArray[np.int64], Floats]:
     """Lengths of play in steps, ascending, and the mean score after each, both (k,)."""
-    lengths = np.array([result.setting.run_steps for result in results], np.int64)
-    scores = np.array([result.score for result in results])
-    each = np.unique(lengths)
-    means = np.array([scores[lengths == length].mean() for length in each], np.float64)
-    return each, means
+    groups: dict[int, list[Result]] = {}
+    for result in results:
+        groups.setdefault(result.setting.run_steps, []).append(result)
+    each = sorted(groups)
+    means = [scores_by_goal(groups[length])[1].mean() for length in each]
+    return np.array(each, np.int64), np.array(means, np.float64)
 
 
 @dataclass(frozen=True)

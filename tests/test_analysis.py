@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -148,19 +150,30 @@ def test_share_visited_counts_the_cells_of_a_region() -> None:
     assert outside.share_visited(low, high) == 0
 
 
-def result(distances: tuple[float, ...], run_steps: int = 0) -> Result:
-    return made(distances, classes=["2D"], run_steps=run_steps)
+def result(distances: tuple[float, ...], run_steps: int = 0, **changes: Any) -> Result:
+    return made(distances, classes=["2D"], run_steps=run_steps, **changes)
 
 
 def test_scores_by_goal_and_by_length_are_means() -> None:
     """10 cm away scores 1/4, 5 cm 1/2."""
     short, long = result((0.1, 0.0), 1000), result((0.05, 0.05), 5000)
-    other = result((0.0, 0.0), 5000)
-    classes, scores = analysis.scores_by_goal([short, long, other])
+    other = result((0.0, 0.0), 5000, seed=1)
+    classes, scores = analysis.scores_by_goal([long, other])
     assert classes == ("2D", "2D")
-    np.testing.assert_allclose(scores, [1.75 / 3, 2.5 / 3])
+    np.testing.assert_allclose(scores, [0.75, 0.75])
     lengths, means = analysis.score_by_length([other, short, long])
     assert lengths.tolist() == [1000, 5000]
     np.testing.assert_allclose(means, [0.625, 0.75])
     with pytest.raises(RealBenchError, match="same goals"):
         analysis.scores_by_goal([short, result((0.2,))])
+
+
+def test_a_play_that_is_tested_twice_counts_once() -> None:
+    once = result((0.1, 0.1), run_sha256="a" * 64)
+    twice = [result((0.0, 0.0), seed=seed, run_sha256="b" * 64) for seed in (1, 2)]
+    np.testing.assert_allclose(analysis.scores_by_goal([once, *twice])[1], [0.625, 0.625])
+
+
+def test_a_copy_of_a_result_counts_for_no_second_play() -> None:
+    with pytest.raises(RealBenchError, match="two results are of the same test"):
+        analysis.scores_by_goal([result((0.1, 0.1)), result((0.1, 0.1))])

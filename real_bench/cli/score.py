@@ -84,7 +84,8 @@ def score(
 
     Checks that all goals were tested, and are those of --goals if given; that trials have full
     length; that the mean is not below --min, nor below the baseline's beyond chance: the 95%
-    interval over goals of the difference is not all negative. Prints which goals were accepted.
+    interval of the difference is not all negative. It is over plays and goals if there are three
+    plays of each, else over goals, after these plays. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
     from real_bench.file_kinds import JUNIT

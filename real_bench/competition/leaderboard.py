@@ -128,7 +128,7 @@ def notes(board: Leaderboard) -> list[str]:
     if facts.ties == "paired":
         lines.append(
             "submissions share a rank if the paired comparison, goal by goal, cannot tell them "
-            "from the first of them (95%, over goals)"
+            "from the first of them (95%, over what the column is)"
         )
     for row in rows:
         if row.standing.status != SCORED and row.standing.detail:

@@ -21,7 +21,7 @@ HEIGHT_CM = 5.6
 def draw(data: FigureData) -> Drawing | None:
     """A line per controller and condition that was tested after different lengths of play.
 
-    Bars are 95% intervals over goals.
+    Bars are 95% intervals over goals, after the plays of that length; no bar where there is none.
     """
     lines: dict[tuple[str, str], list[Series]] = {}
     for one in sorted(data.series, key=lambda one: one.run_steps):
@@ -40,7 +40,7 @@ def draw(data: FigureData) -> Drawing | None:
             bar = panel.errorbar(
                 steps,
                 means,
-                [means - rows["interval_low"], rows["interval_high"] - means],
+                [means - rows["goals_interval_low"], rows["goals_interval_high"] - means],
                 fmt=line_style.line + line_style.marker,
                 color=line_style.colour,
                 capsize=2,
@@ -74,6 +74,6 @@ def _rows(tests: list[Series]) -> dict[str, Column]:
         "run_steps": lengths,
         "runs": [len(test.results) for test in tests],
         "score": means,
-        "interval_low": [i.low if i else mean for i, mean in zip(intervals, means, strict=True)],
-        "interval_high": [i.high if i else mean for i, mean in zip(intervals, means, strict=True)],
+        "goals_interval_low": [i.low if i else np.nan for i in intervals],
+        "goals_interval_high": [i.high if i else np.nan for i in intervals],
     }

@@ -12,9 +12,15 @@ from real_bench.conditions import Condition
 from real_bench.errors import ResultError
 from real_bench.scoring.metric import METRICS, SCORE, Metric
 from real_bench.scoring.one_test import check_one_test
-from real_bench.scoring.repeats import by_goal
+from real_bench.scoring.repeats import ByGoal, by_goal, is_no_play
 from real_bench.scoring.result import Result, Setting
-from real_bench.scoring.statistics import Floats, Interval, goals_interval, interval_heading
+from real_bench.scoring.statistics import (
+    Floats,
+    Interval,
+    difference_interval,
+    goals_interval,
+    interval_heading,
+)
 
 COMMON_FIELDS = ("objects", "scene_sha256", "trial_steps")
 """What must agree between compared results."""
@@ -25,12 +31,13 @@ class MetricComparison:
     """A against B in one metric.
 
     Attributes:
-        a, b: both means; these and the rest are NaN if a trial lacks the number.
-        interval: of the mean difference, over goals: what to expect on other goals like these,
-            after the same plays. None for one goal.
+        a, b: both means over plays and goals; a play that was tested repeatedly counts once. These
+            and the rest are NaN if a trial lacks the number.
+        interval: of the mean difference; see
+            :func:`real_bench.scoring.statistics.difference_interval`.
         improvement: the probability that A is better than B on a goal, a tie counting half; None
             where neither more nor less is better.
-        improvement_interval: of that probability.
+        improvement_interval: of that probability, over goals, after these plays.
     """
 
     a: float
@@ -73,11 +80,15 @@ class Comparison:
 
     Attributes:
         n_repeats: of A and of B.
+        n_plays: of A and of B; one play may have been tested repeatedly.
+        same_plays: whether both learned from the same plays; then they are compared play by play.
         metrics: each by its name.
         goals: one by one.
     """
 
     n_repeats: tuple[int, int]
+    n_plays: tuple[int, int]
+    same_plays: bool
     metrics: dict[str, MetricComparison]
     goals: tuple[GoalComparison, ...]
 
@@ -95,14 +106,20 @@ class Comparison:
 
     @property
     def is_worse(self) -> bool:
-        """Whether A scores less than B, beyond chance."""
+        """Whether A scores less than B, beyond the chance that the interval is over."""
         return self.score.interval is not None and self.score.interval.high < 0
 
     def to_json(self) -> dict[str, Any]:
         """Every number."""
         goals = [{**asdict(goal), "difference": goal.difference} for goal in self.goals]
         metrics = {name: found.to_json() for name, found in self.metrics.items()}
-        return {"n_repeats": self.n_repeats, "metrics": metrics, "goals": goals}
+        return {
+            "n_repeats": self.n_repeats,
+            "n_plays": self.n_plays,
+            "same_plays": self.same_plays,
+            "metrics": metrics,
+            "goals": goals,
+        }
 
 
 def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
@@ -121,27 +138,43 @@ def compare(a: Sequence[Result], b: Sequence[Result]) -> Comparison:
             f"A and B are not on the same goals: {len(ours.keys)} and {len(theirs.keys)}, "
             f"{len(set(ours.keys) & set(theirs.keys))} of them in common"
         )
-    means = ours.values(SCORE).mean(axis=0), theirs.values(SCORE).mean(axis=0)
+    plays = _plays_of(ours), _plays_of(theirs)
+    same_plays = plays[0] == plays[1] and not any(map(is_no_play, plays[0]))
+    metrics = {}
+    for name, metric in METRICS.items():
+        values = _by_sorted_play(ours, name), _by_sorted_play(theirs, name)
+        metrics[name] = _compare_metric(metric, *values, ours.classes, same_plays=same_plays)
+    means_a, means_b = (_by_sorted_play(each, SCORE).mean(axis=0) for each in (ours, theirs))
     return Comparison(
         n_repeats=(len(ours.trials), len(theirs.trials)),
-        metrics={
-            name: _compare_metric(metric, ours.values(name), theirs.values(name), ours.classes)
-            for name, metric in METRICS.items()
-        },
+        n_plays=(len(plays[0]), len(plays[1])),
+        same_plays=same_plays,
+        metrics=metrics,
         goals=tuple(
             GoalComparison(*key, challenge, float(one), float(other))
-            for key, challenge, one, other in zip(ours.keys, ours.classes, *means, strict=True)
+            for key, challenge, one, other in zip(
+                ours.keys, ours.classes, means_a, means_b, strict=True
+            )
         ),
     )
 
 
+def _plays_of(table: ByGoal) -> list[str]:
+    return sorted(set(table.plays))
+
+
+def _by_sorted_play(table: ByGoal, metric: str) -> Floats:
+    """The mean of a metric after each play, in the order of their names, (n_plays, n_goals)."""
+    order = np.argsort(list(dict.fromkeys(table.plays)))
+    return table.by_play(table.values(metric))[order]
+
+
 def _compare_metric(
-    metric: Metric, a: Floats, b: Floats, classes: Sequence[str]
+    metric: Metric, a: Floats, b: Floats, classes: Sequence[str], *, same_plays: bool
 ) -> MetricComparison:
-    """Values of A and B, (n_repeats, n_goals) each."""
-    mean_a, mean_b = a.mean(axis=0), b.mean(axis=0)
-    means = float(mean_a.mean()), float(mean_b.mean())
-    interval = goals_interval(mean_a - mean_b, classes)
+    """Values of A and B, (n_plays, n_goals) each."""
+    means = float(a.mean()), float(b.mean())
+    interval = difference_interval(a, b, classes, same_plays=same_plays)
     if metric.higher_is_better is None:
         return MetricComparison(*means, interval, None, None)
     rates = _win_rates(a, b) if metric.higher_is_better else _win_rates(b, a)
@@ -196,6 +229,6 @@ def check_one_control(settings: Iterable[Setting]) -> None:
 
 
 def _win_rates(a: Floats, b: Floats) -> Floats:
-    """For each goal, how often a repeat of A beats one of B, (n_goals,)."""
+    """For each goal, how often it goes better after a play of A than of B, (n_goals,)."""
     difference = np.sign(a[:, None, :] - b[None, :, :])
     return np.asarray((difference.mean(axis=(0, 1)) + 1) / 2, np.float64)

@@ -196,10 +196,18 @@ def _highest(metric: Metric, table: ByGoal) -> float:
     return math.inf if metric.highest is None else metric.highest(table.trials[0][0])
 
 
+NO_PLAY = "seed "
+
+
+def is_no_play(play: str) -> bool:
+    """Whether there was no play, of one of :attr:`ByGoal.plays`."""
+    return play.startswith(NO_PLAY)
+
+
 def _play(result: Result) -> str:
     """What identifies the play that a result learned from."""
     setting = result.setting
-    return setting.run_sha256 or f"seed {setting.seed}"
+    return setting.run_sha256 or f"{NO_PLAY}{setting.seed}"
 
 
 def _by_class(values: ArrayLike, classes: Sequence[str]) -> dict[str, float]:

@@ -107,24 +107,63 @@ def plays_interval(
     n_plays, n_goals = numbers.shape
     if n_plays < max(2, min_plays) or n_goals < 2 or np.isnan(numbers).any():
         return None
-    groups = [group.T for group in _by_class(numbers.T, classes)]
-    if min(group.shape[1] for group in groups) < 2:
-        groups = [numbers]
-    play_variance = float(numbers.mean(axis=1).var(ddof=1) / n_plays)
-    parts = np.array([_goals_variance(group, n_goals) for group in groups])
-    goal_variance, interaction_variance = (float(part) for part in parts[:, :2].sum(axis=0))
-    mean, whole = float(numbers.mean()), play_variance + goal_variance
+    found = _interval_over_both([numbers], classes)
+    low = max(found.low, 0.0) if (numbers >= 0).all() else found.low
+    return Interval(low, min(found.high, highest), OVER_PLAYS_AND_GOALS)
+
+
+def difference_interval(
+    a: ArrayLike, b: ArrayLike, classes: Sequence[str], *, same_plays: bool
+) -> Interval | None:
+    """The interval of the mean of A less the mean of B, on the same goals.
+
+    As :func:`plays_interval`, of the differences play by play if both learned from the same plays;
+    otherwise the plays of both vary, each on their own.
+
+    Args:
+        a: (n_plays, n_goals).
+        b: the same, of as many plays as there are; of the same in the same order if ``same_plays``.
+        classes: of each goal.
+        same_plays: whether both learned from the same plays.
+
+    Returns:
+        Over goals alone if one side has fewer than three plays; None if there is none at all.
+    """
+    ours, theirs = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    if min(len(ours), len(theirs)) < MIN_PLAYS:
+        return goals_interval(ours.mean(axis=0) - theirs.mean(axis=0), classes)
+    if len(classes) < 2 or np.isnan(ours).any() or np.isnan(theirs).any():
+        return None
+    return _interval_over_both([ours - theirs] if same_plays else [ours, -theirs], classes)
+
+
+def _interval_over_both(sides: Sequence[Floats], classes: Sequence[str]) -> Interval:
+    """The interval of the sum of means over independent sets of plays on the same goals.
+
+    Args:
+        sides: (plays of the side, n_goals) each.
+        classes: of each goal.
+    """
+    mean = float(sum(side.mean() for side in sides))
+    play_parts = [
+        (float(side.mean(axis=1).var(ddof=1)) / len(side), len(side) - 1) for side in sides
+    ]
+    goal_parts, together = _goal_parts(sides, classes)
+    goal_variance = sum(part for part, _ in goal_parts)
+    parts = play_parts + goal_parts
+    whole = sum(part for part, _ in parts)
     if whole == 0:
         return Interval(mean, mean, OVER_PLAYS_AND_GOALS)
-    shares = play_variance / whole, parts[:, 0] / whole  # squares of tiny variances would be 0
-    freedom = 1 / (shares[0] ** 2 / (n_plays - 1) + (shares[1] ** 2 / parts[:, 2]).sum())
-    twice = interaction_variance * (n_plays - 2) / (n_plays - 1)
+    # squares of tiny variances would be 0
+    freedom = 1 / sum((part / whole) ** 2 / own for part, own in parts)
+    twice = sum(
+        part * (len(side) - 2) / (len(side) - 1) for part, side in zip(together, sides, strict=True)
+    )
     half = float(
         scipy.stats.t.ppf((1 + CONFIDENCE) / 2, freedom)
         * np.sqrt(max(whole - twice, goal_variance))
     )
-    low = max(mean - half, 0.0) if (numbers >= 0).all() else mean - half
-    return Interval(low, min(mean + half, highest), OVER_PLAYS_AND_GOALS)
+    return Interval(mean - half, mean + half, OVER_PLAYS_AND_GOALS)
 
 
 def mean_interval(
@@ -196,20 +235,32 @@ def _by_class(values: Floats, classes: Sequence[str]) -> list[Floats]:
     return [values[names == name] for name in dict.fromkeys(classes)]
 
 
-def _goals_variance(values: Floats, n_goals: int) -> tuple[float, float, int]:
-    """What the goals of one class contribute to the variance of the mean over all goals.
-
-    Args:
-        values: (n_plays, goals of the class).
-        n_goals: of all classes.
+def _goal_parts(
+    sides: Sequence[Floats], classes: Sequence[str]
+) -> tuple[list[tuple[float, int]], list[float]]:
+    """What goals contribute to the variance of the sum of the sides' means.
 
     Returns:
-        The variance of their means, the part of it due to the interaction with plays, and the
-        degrees of freedom.
+        For each class its variance and degrees of freedom; and for each side the part of the
+        variance that is due to the interaction of its plays with goals.
     """
+    names, n_goals = np.asarray(classes), len(classes)
+    groups = [names == name for name in dict.fromkeys(classes)]
+    if min(group.sum() for group in groups) < 2:
+        groups = [np.ones(n_goals, bool)]
+    parts, together = [], [0.0] * len(sides)
+    for group in groups:
+        own = int(group.sum())
+        weight = own / n_goals**2
+        means = np.sum([side[:, group].mean(axis=0) for side in sides], axis=0)
+        parts.append((weight * float(means.var(ddof=1)), own - 1))
+        for number, side in enumerate(sides):
+            together[number] += weight * _interaction(side[:, group])
+    return parts, together
+
+
+def _interaction(values: Floats) -> float:
+    """The variance of goals' means that their interaction with plays makes, (n_plays, n_goals)."""
     n_plays, own = values.shape
-    weight = (own / n_goals) ** 2 / own
-    means = values.mean(axis=0)
-    rest = values - means - values.mean(axis=1, keepdims=True) + values.mean()
-    together = (rest**2).sum() / ((n_plays - 1) * (own - 1)) / n_plays
-    return weight * float(means.var(ddof=1)), weight * float(together), own - 1
+    rest = values - values.mean(axis=0) - values.mean(axis=1, keepdims=True) + values.mean()
+    return float((rest**2).sum() / ((n_plays - 1) * (own - 1)) / n_plays)

@@ -14,12 +14,11 @@ from real_bench.quoting import quoted
 from real_bench.scoring.columns import drop_empty_columns
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
+from real_bench.scoring.parts import describe_part, warn_of_few
 from real_bench.scoring.result import Result, Setting
+from real_bench.scoring.sides import MAX_LENGTH, NAMES, distinguishing, remarks
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
-
-FEW_GOALS = 10
-MAX_SIDE_LENGTH = 300
 
 
 def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
@@ -54,20 +53,23 @@ def score_table(result: Result) -> Group:
         if cells[0] == TOTAL:
             table.add_section()
         table.add_row(*cells)
-    notes = _describe_part([result]) + _warn_of_few(len(result.trials))
+    notes = describe_part([result]) + warn_of_few(len(result.trials))
     return Group(describe_test(result.setting), table, *notes)
 
 
 def comparison_table(comparison: Comparison, a: Sequence[Result], b: Sequence[Result]) -> Group:
     """What A and B are, a table of every goal, and both compared in every metric."""
+    settings = a[0].setting, b[0].setting
     sides = [
-        f"{name}: {quoted(describe_test(results[0].setting), MAX_SIDE_LENGTH)}"
-        for name, results in (("A", a), ("B", b))
+        f"{name}: {quoted(describe_test(one), MAX_LENGTH)}"
+        + (f", {differs}" if (differs := distinguishing(one, other)) else "")
+        for name, one, other in zip(NAMES, settings, settings[::-1], strict=True)
     ]
-    over = interval_heading(OVER_GOALS)
+    interval = comparison.score.interval
+    over = interval_heading(interval.over if interval else OVER_GOALS)
     sums = _narrow_table()
     sums.add_column("metric")
-    for heading in ("A", "B", "A - B", over, "A better", over):
+    for heading in ("A", "B", "A - B", over, "A better", interval_heading(OVER_GOALS)):
         sums.add_column(heading, justify="right")
     for name, metric in METRICS.items():
         found = comparison.metrics[name]
@@ -90,26 +92,18 @@ def comparison_table(comparison: Comparison, a: Sequence[Result], b: Sequence[Re
     for goal in comparison.goals:
         scores = (f"{goal.a:.3f}", f"{goal.b:.3f}", f"{goal.difference:+.3f}")
         table.add_row(goal.goals_sha256[:8], str(goal.goal), goal.challenge, *scores)
-    repeats = "A was tested {}, B {}".format(
-        *(counted(number, "time") for number in comparison.n_repeats)
+    tested = " and ".join(
+        f"{name} {counted(times, 'time')} after {counted(plays, 'play')}"
+        if plays != times
+        else f"{name} {counted(times, 'time')}"
+        for name, times, plays in zip(NAMES, comparison.n_repeats, comparison.n_plays, strict=True)
     )
     sentence = (
-        f"{repeats} on the same {counted(len(comparison.goals), 'goal')}. A better: probability on "
-        "a goal, a tie counts half. Intervals are for other goals like these, not for other plays."
+        f"tested on the same {counted(len(comparison.goals), 'goal')}: {tested}. A better: "
+        "probability on a goal, a tie counts half; its interval is for other goals, after these "
+        "plays."
     )
-    notes = _describe_part([*a, *b]) + _warn_of_few(len(comparison.goals))
-    return Group(*sides, table, sums, sentence, *notes)
-
-
-def _describe_part(results: Sequence[Result]) -> list[str]:
-    """A line for each share of a goal set that is not the whole."""
-    shares = dict.fromkeys(result.share for result in results if not result.is_complete)
-    return [f"a part: only {share} of the set were tested" for share in shares]
-
-
-def _warn_of_few(n_goals: int) -> list[str]:
-    few = f"only {counted(n_goals, 'goal')}: an interval over so few says little"
-    return [few] if 1 < n_goals < FEW_GOALS else []
+    return Group(*sides, table, sums, sentence, *remarks(comparison, a, b))
 
 
 def _narrow_table() -> Table:

@@ -135,8 +135,11 @@ def judge(
         checks.append(Check("minimum", mean >= minimum, f"{shown}, at least {minimum} required"))
     comparison = None if baseline is None else compare(results, baseline)
     if comparison is not None:
-        score, heading = comparison.score, interval_heading(OVER_GOALS)
-        detail = f"{score.difference:+.4f}, {heading}: {score.interval or 'none'}"
+        score = comparison.score
+        over = score.interval.over if score.interval else OVER_GOALS
+        detail = f"{score.difference:+.4f}, {interval_heading(over)}: {score.interval or 'none'}"
+        if over == OVER_GOALS:
+            detail += ", after these plays"
         checks.append(Check("not worse than the baseline", not comparison.is_worse, detail))
     seconds = sum(sum(result.seconds.values()) for result in results)
     physics = tuple(physics_of(each.setting.versions) for each in (*results, *(baseline or ())))
@@ -214,7 +217,7 @@ def markdown(verdict: Verdict) -> str:
         f"{'passed' if verdict.passed else 'failed'}",
         f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, after "
         f"{setting.run_steps:,} steps of play; {counted(summary.n_goals, 'goal')}, each tested "
-        f"{'once' if summary.n_repeats == 1 else f'{summary.n_repeats} times'}.",
+        f"{_times(summary)}.",
         tabulate(checks, ("check", "", ""), "github", disable_numparse=True),
         tabulate(
             rows,
@@ -225,6 +228,13 @@ def markdown(verdict: Verdict) -> str:
         *filter(None, [mixture(verdict.physics), mixed_sources(verdict.sources)]),
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _times(summary: RepeatsSummary) -> str:
+    times = "once" if summary.n_repeats == 1 else f"{summary.n_repeats} times"
+    if summary.n_plays == summary.n_repeats:
+        return times
+    return f"{times}, after {counted(summary.n_plays, 'play')}"
 
 
 def junit(verdict: Verdict) -> JUnitXml:

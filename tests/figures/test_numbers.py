@@ -129,8 +129,8 @@ def test_scores_by_length_match_the_analysis(material: FigureData) -> None:
     classes, by_goal = analysis.scores_by_goal(results[1:])
     interval = goals_interval(by_goal, classes)
     assert interval is not None
-    assert told["interval_low"][1] == interval.low
-    assert told["interval_high"][1] == interval.high
+    assert told["goals_interval_low"][1] == interval.low
+    assert told["goals_interval_high"][1] == interval.high
 
 
 def test_coverage_counts_every_state(material: FigureData) -> None:

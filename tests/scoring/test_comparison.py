@@ -1,7 +1,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from real_bench.errors import ResultError
 from real_bench.scoring.comparison import compare
 from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.scoring.result import Result
+from real_bench.scoring.sides import distinguishing, remarks, side_json
+from real_bench.version import SOURCE
 from tests.scoring.bench import made
 
 Make = Callable[..., Result]
@@ -72,6 +75,82 @@ def test_clearly_worse_results_are_reported_as_worse() -> None:
     near, far = [0.01 * n for n in range(20)], [0.2 + 0.01 * n for n in range(20)]
     assert compare([made(far)], [made(near)]).is_worse
     assert not compare([made(near)], [made(far)]).is_worse
+
+
+def plays(
+    distances: Sequence[Sequence[float]], runs: str, changes: dict[str, Any] | None = None
+) -> list[Result]:
+    """One result a play, of recordings that are named by a letter each."""
+    return [
+        made(each, seed=seed, run_sha256=run * 64, **(changes or {}))
+        for seed, (each, run) in enumerate(zip(distances, runs, strict=True))
+    ]
+
+
+SPREAD = [[0.02, 0.03, 0.05, 0.01], [0.1, 0.12, 0.15, 0.11], [0.3, 0.33, 0.4, 0.32]]
+SHIFTED = [[each + 0.002 for each in play] for play in SPREAD]
+
+
+def test_difference_after_the_same_plays_is_taken_play_by_play() -> None:
+    """Plays differ much, and both controllers alike: only then a small difference shows."""
+    paired = compare(plays(SPREAD, "abc"), plays(SHIFTED, "abc"))
+    apart = compare(plays(SPREAD, "abc"), plays(SHIFTED, "def"))
+    assert (paired.same_plays, apart.same_plays) == (True, False)
+    assert paired.score.difference == apart.score.difference
+    one, other = paired.score.interval, apart.score.interval
+    assert one is not None
+    assert other is not None
+    assert one.over == other.over == "plays and goals"
+    assert one.high - one.low < other.high - other.low
+    assert (
+        apart.score.interval == compare(plays(SPREAD, "cab"), plays(SHIFTED, "def")).score.interval
+    )
+
+
+def test_the_interval_of_two_plays_is_over_goals_and_says_so() -> None:
+    a, b = plays(SPREAD[:2], "ab"), plays(SPREAD, "def")
+    found = compare(a, b)
+    assert found.score.interval is not None
+    assert found.score.interval.over == "goals"
+    assert any("after these plays" in line for line in remarks(found, a, b))
+
+
+def test_the_same_controller_after_other_plays_is_not_found_worse() -> None:
+    """Over goals alone, play against play, it would be."""
+    a, b = plays(SPREAD, "abc"), plays(SPREAD[::-1], "def")
+    assert not compare(a, b).is_worse
+    assert compare(plays(SPREAD[2:], "c"), plays(SPREAD[:1], "a")).is_worse
+
+
+def test_a_play_that_was_tested_twice_counts_once() -> None:
+    twice = [*plays([[0.0] * 4], "a"), made([0.1] * 4, seed=5, run_sha256="b" * 64)]
+    twice.append(made([0.1] * 4, seed=6, run_sha256="b" * 64))
+    found = compare(twice, plays([[0.1] * 4], "c"))
+    assert found.score.a == pytest.approx((1 + 1 / 4) / 2)
+    assert found.n_repeats == (3, 1)
+    assert found.n_plays == (2, 1)
+    assert found.goals[0].a == pytest.approx((1 + 1 / 4) / 2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"settings": {"planner": {"depth": 9}}}, "planner.depth=9"),
+        ({"controller_sha256": "7" * 64}, "code 777777"),
+        ({}, ""),
+    ],
+)
+def test_sides_of_one_name_tell_how_they_differ(changes: dict[str, Any], told: str) -> None:
+    setting, other = made([0.1], **changes).setting, made([0.1]).setting
+    assert distinguishing(setting, other) == told
+
+
+def test_different_code_of_realbench_is_told_across_sides() -> None:
+    a, b = (plays(SPREAD, "abc", {"versions": {SOURCE: each * 16}}) for each in "ab")
+    (told,) = (line for line in remarks(compare(a, b), a, b) if "different code" in line)
+    assert "a" * 16 in told
+    assert "b" * 16 in told
+    assert side_json(a)["results"][0]["source"] == "a" * 16
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,22 @@
+"""Remarks on results that say less than they seem to: of a part of the goals, or of few."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from real_bench.counting import counted
+from real_bench.scoring.result import Result
+
+FEW_GOALS = 10
+
+
+def describe_part(results: Sequence[Result]) -> list[str]:
+    """A line for each share of a goal set that is not the whole."""
+    shares = dict.fromkeys(result.share for result in results if not result.is_complete)
+    return [f"a part: only {share} of the set were tested" for share in shares]
+
+
+def warn_of_few(n_goals: int) -> list[str]:
+    """A line if an interval is over few goals."""
+    few = f"only {counted(n_goals, 'goal')}: an interval over so few says little"
+    return [few] if 1 < n_goals < FEW_GOALS else []
