@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
@@ -49,7 +50,10 @@ FORMATS = ("text", "markdown", "latex")
 @options.isolation_options()
 @options.overwrite_option
 @options.json_option
+@click.pass_context
 def table(
+    context: click.Context,
+    /,
     spec: Path,
     init: bool,
     run: bool | None,
@@ -79,6 +83,8 @@ def table(
             "--resume continues recordings that are on this machine; jobs of a --scheduler start "
             "over: leave out one of them"
         )
+    if as_json and context.get_parameter_source("form") is ParameterSource.COMMANDLINE:
+        raise click.UsageError("--json is a format of its own: leave out --format")
     isolation.check()
     limits = Limits(**isolation.limits)
     experiment = Experiment(read_spec(spec), jobs, scheduler, isolation.isolate, limits)

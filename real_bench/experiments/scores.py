@@ -83,6 +83,7 @@ class Row:
             "seeds_done": list(self.seeds),
             "files": [file.name for file in self.files],
             "control_version": self.control_version,
+            "earlier_control": self.is_of_earlier_control,
             "summary": self.summary.to_json() if self.summary else None,
             "difference": self.difference,
             "physics": sorted(set(self.physics)),

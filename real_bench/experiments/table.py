@@ -35,6 +35,8 @@ LEGEND = {
     "IQM": "IQM: interquartile mean",
 }
 """Explanations of columns."""
+PLUS_MINUS = r"$\pm$"
+LATEX_NOTES = "\\par\\smallskip\n{\\footnotesize\\raggedright\\setlength{\\parindent}{0pt}\n"
 FEW, UNLIKE, MIXED = "*", "†", "‡"
 MAX_LENGTH = 1000
 MAX_HEADING_WIDTH, MAX_NAME_WIDTH = 14, 18
@@ -82,15 +84,22 @@ def markdown_table(spec: Spec, rows: Sequence[Row]) -> str:
 
 
 def latex_table(spec: Spec, rows: Sequence[Row]) -> str:
-    """For a paper that uses booktabs."""
+    """For a paper that uses booktabs; the notes stand below the table."""
     from tabulate import tabulate
 
     headings, shown = columns(rows)
     table = tabulate(shown, headings, "latex_booktabs", disable_numparse=True)
-    remarks = "".join(
-        f"% {quoted(note, MAX_LENGTH)}\n" for note in (spec.title, *notes(spec, rows))
-    )
-    return remarks + table.replace("±", r"$\pm$")
+    remarks = "\n\n".join(_latex(note) for note in notes(spec, rows))
+    below = f"{LATEX_NOTES}{remarks}\\par}}"
+    return f"% {quoted(spec.title, MAX_LENGTH)}\n{table.replace('±', PLUS_MINUS)}\n{below}"
+
+
+def _latex(note: str) -> str:
+    """A note as one line that LaTeX shows literally."""
+    from tabulate import LATEX_ESCAPE_RULES
+
+    rules = {**LATEX_ESCAPE_RULES, "±": PLUS_MINUS}
+    return "".join(rules.get(letter, letter) for letter in quoted(note, MAX_LENGTH))
 
 
 def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
@@ -101,6 +110,7 @@ def json_table(spec: Spec, rows: Sequence[Row]) -> dict[str, Any]:
         "steps": spec.steps,
         "trial_steps": spec.trial_steps,
         "rows": [row.to_json() for row in rows],
+        "notes": notes(spec, rows),
     }
 
 
@@ -135,7 +145,8 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
     """The notes below the table."""
     missing = sum(row.n_asked - len(row.seeds) for row in rows)
     lines = [
-        _describe_task(spec),
+        _describe_task(spec, rows),
+        *_describe_goals(spec, rows),
         "; ".join(LEGEND[heading] for heading in columns(rows)[0] if heading in LEGEND),
         *(f"{row.cell.name}: {quoted(row.cell.note, MAX_LENGTH)}" for row in rows if row.cell.note),
     ]
@@ -162,9 +173,27 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
     return lines
 
 
-def _describe_task(spec: Spec) -> str:
+def _describe_task(spec: Spec, rows: Sequence[Row]) -> str:
     scene = quoted(scene_name(spec.scene))
-    return f"scene {scene}, {spec.steps:,} steps of play, trials of {spec.trial_steps:,} steps"
+    unplayed = [row.cell.name for row in rows if spec.play_of(row.cell) is None]
+    none = f" (none in {', '.join(unplayed)})" if unplayed else ""
+    return (
+        f"scene {scene}, {spec.steps:,} steps of play{none}, trials of {spec.trial_steps:,} steps; "
+        f"repeats are seeds from {spec.seed} on (--json says which)"
+    )
+
+
+def _describe_goals(spec: Spec, rows: Sequence[Row]) -> list[str]:
+    """A line if rows are of different goals."""
+    cells: dict[tuple[str, ...], list[str]] = {}
+    for row in rows:
+        if row.summary is not None:
+            cells.setdefault(tuple(spec.goal_names(row.cell)), []).append(row.cell.name)
+    if len(cells) < 2:
+        return []
+    usual, *others = sorted(cells, key=lambda goals: -len(cells[goals]))
+    told = "; ".join(f"{', '.join(goals)} in {', '.join(cells[goals])}" for goals in others)
+    return [f"rows of different goals compare only roughly: {', '.join(usual)}; but {told}"]
 
 
 def _text_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:

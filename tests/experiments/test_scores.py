@@ -14,17 +14,19 @@ from real_bench.experiments import Spec, read_spec
 from real_bench.experiments.job_state import JobState, state_of
 from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.running import Experiment
-from real_bench.experiments.scores import rows_of
+from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.table import cells, json_table, latex_table, markdown_table, notes
 from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
 from real_bench.recording import Recorder
+from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.simulation import Scene, load_scene
 from real_bench.source import ControllerSource
 from real_bench.version import SOURCE
 from tests.cli.shell import realbench
 from tests.experiments.conftest import DISTANCES, WriteSpec, keep
+from tests.scoring.bench import made
 
 
 def test_rows_are_empty_before_any_work(spec: Spec) -> None:
@@ -200,6 +202,24 @@ def test_every_format_holds_every_row(drawn: Spec) -> None:
     assert told["rows"][1]["summary"] is None
 
 
+def test_rows_of_different_goals_say_so(write_spec: WriteSpec, builtin_scene: Scene) -> None:
+    goals = {name: {"seed": seed, "counts": {"2D": 2}} for seed, name in enumerate(("few", "more"))}
+    cells = [
+        {"name": "one", "controller": "real_r", "condition": "OM", "play": "none", "repeats": 1},
+        {"name": "two", "controller": "real_r", "condition": "IM", "play": "none", "repeats": 1},
+    ]
+    for sets in (["few"], ["few", "more"]):
+        spec = read_spec(write_spec(goals=goals, cells=[cells[0], {**cells[1], "goals": sets}]))
+        rows = [
+            Row(cell, 1, (0,), (), None, summarise_repeats(by_goal([made([0.1, 0.2])])))
+            for cell in spec.cells
+        ]
+        told = [note for note in notes(spec, rows) if "different goals" in note]
+        assert bool(told) == (sets == ["few"])  # the other row is of both
+        assert "(none in one, two)" in notes(spec, rows)[0]
+        assert json_table(spec, rows)["notes"] == notes(spec, rows)
+
+
 def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
     job = ExperimentPlan(drawn).pending().plays[0]
     phase = IntrinsicPhase(
@@ -247,7 +267,8 @@ def test_other_lengths_and_goals_than_published_are_marked(
     page = markdown_table(drawn, rows)
     assert re.search(r"\| 0\.021 ± 0\.002† +\| \+0\.\d{3}\*† +\|\n", page)
     assert "† not what was published: 2,000 steps of play instead of 15,000,000" in page
-    assert "\nscene builtin, 2,000 steps of play, trials of 500 steps" in page
+    assert "\nscene builtin, 2,000 steps of play (none in real" in page
+    assert "trials of 500 steps" in page
     assert "†" not in "".join(cells(rows[1]))
 
 
