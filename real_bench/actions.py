@@ -29,7 +29,7 @@ VIA_POINT_STEPS = 850
 """Steps of a via-point action that follow the points; the rest is spent at home."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Action:
     """A whole action: commands, each held for some steps.
 
@@ -179,6 +179,7 @@ def check_action(action: object, control: Control) -> Action:
         raise ActionError(f"commands must be finite numbers, not {action.commands.tolist()}")
     if action.line.any() and not control.draws_lines:
         raise ActionError("only joint commands can move on a straight line")
+    control.check(action.commands)
     return action
 
 
@@ -190,6 +191,7 @@ def check_command(command: NDArray[Any], control: Control) -> Command:
         )
     if not np.abs(command).max() <= MAX_MAGNITUDE and not np.isnan(command).all():
         raise ActionError(f"a command must be finite numbers, not {command.tolist()}")
+    control.check(command[None])
     return command
 
 

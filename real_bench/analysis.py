@@ -33,7 +33,7 @@ MARGIN_CELLS = 4
 """How far coverage is counted beyond the given region."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PairDistances:
     """Distances of pairs of states in latent and in real space.
 
@@ -181,7 +181,7 @@ def score_by_length(results: Sequence[Result]) -> tuple[NDArray[np.int64], Float
     return np.array(each, np.int64), np.array(means, np.float64)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coverage:
     """In how many states an object was in each cell of a grid over x and y.
 

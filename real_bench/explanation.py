@@ -13,7 +13,7 @@ from real_bench.actions import Action
 from real_bench.errors import ActionError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Explanation:
     """One decision.
 

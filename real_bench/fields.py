@@ -61,4 +61,8 @@ class SpecFile(Record):
 
     def resolve_scene(self, scene: str) -> str:
         """A scene, by name or manifest, as found from any folder."""
-        return str(self.folder / scene) if scene.endswith(".yaml") else scene
+        from real_bench.simulation.scene import shipped_scenes
+
+        path = self.folder / scene
+        is_path = path.suffix in (".yaml", ".yml") or path.is_dir()
+        return str(path) if is_path and scene not in shipped_scenes() else scene

@@ -58,16 +58,23 @@ def atomic_replacement(path: Path, *, is_secret: bool = False) -> Iterator[Path]
         hidden = real.with_name(f".{uuid4().hex[:12]}{real.suffix}")
         mode = 0o600 if status or is_secret else 0o666
         os.close(os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
-        try:
+    try:
+        with _as_output_error(f"cannot write {path}"):
             if status is not None and not is_secret:
                 hidden.chmod(stat.S_IMODE(status.st_mode))
+        try:
             yield hidden
+        except OSError as error:
+            if error.filename in (None, str(hidden)):  # else something else failed
+                raise OutputError(f"cannot write {path}: {error.strerror or error}") from error
+            raise
+        with _as_output_error(f"cannot write {path}"):
             with hidden.open("rb") as written:
                 os.fsync(written.fileno())
             hidden.replace(real)
-        except BaseException:
-            hidden.unlink(missing_ok=True)
-            raise
+    except BaseException:
+        hidden.unlink(missing_ok=True)
+        raise
 
 
 def real_path(path: Path) -> Path:

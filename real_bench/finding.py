@@ -41,7 +41,7 @@ def find_controller(spec: str) -> type[Any]:
     _provide_official_module()
     source = ControllerSource.of(spec)
     if source.file is not None:
-        module = _load_file(source.file, source.place, spec)
+        module = _load_submitted(source.file, source.place, spec)
     elif source.spec.endswith(f":{source.class_name}"):
         module = _load_module(source)
     else:
@@ -115,13 +115,23 @@ def _load_error(source: ControllerSource, error: BaseException) -> ControllerErr
     return SubmissionError(f"controller {source.spec} cannot be loaded: {blame(error)}")
 
 
+def _load_submitted(path: Path, folder: Path, spec: str) -> ModuleType:
+    try:
+        return _load_file(path, folder)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        told = blame(error, folder)
+        raise SubmissionError(f"controller {spec} cannot be loaded: {told}") from error
+
+
 @cache
-def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
+def _load_file(path: Path, folder: Path) -> ModuleType:
     """The module of a file, run only once per process."""
     name = f"{LOADED_AS}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
-        raise ControllerError(f"the controller file {path} is not a Python file")
+        raise ImportError(f"{path} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # so that its classes can be copied and its dataclasses resolved
     if str(folder) not in sys.path:  # first, as for a script: its neighbours are meant
@@ -129,13 +139,9 @@ def _load_file(path: Path, folder: Path, spec_given: str) -> ModuleType:
     try:
         with _hide_namesakes(folder):
             spec.loader.exec_module(module)
-    except BaseException as error:
+    except BaseException:
         del sys.modules[name]
-        if isinstance(error, KeyboardInterrupt):
-            raise
-        raise SubmissionError(
-            f"controller {spec_given} cannot be loaded: {blame(error, folder)}"
-        ) from error
+        raise
     return module
 
 

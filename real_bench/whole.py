@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from contextlib import suppress
+from numbers import Integral, Real
 from typing import Any
 
 from real_bench.errors import RealBenchError
@@ -27,10 +28,12 @@ def whole(
         most: the largest that may be; None: any.
         error: raised if it is something else.
     """
-    number, is_float = None, isinstance(value, float)
+    number = None
+    is_float = isinstance(value, Real) and not isinstance(value, Integral)  # numpy's are, too
     if not isinstance(value, bool):
-        with suppress(TypeError):
-            number = int(value) if is_float and value.is_integer() else operator.index(value)
+        with suppress(TypeError, ValueError, OverflowError):  # NaN and infinity are no number
+            whole_part = int(value) if is_float else operator.index(value)
+            number = whole_part if whole_part == value else None
     if number is None or not least <= number or (most is not None and number > most):
         given = value if number is not None or is_float else short(value)
         raise error(f"{what} must be a whole number {_range(least, most)}, not {given}")

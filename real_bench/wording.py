@@ -12,7 +12,7 @@ from real_bench.errors import RealBenchError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_OPTION = re.compile(r"--([a-z][a-z-]*)(?: (\d[\d,]*|official|builtin|real_[a-z]+)\b)?")
+_OPTION = re.compile(r"(?<![\w/.-])--([a-z][a-z-]*)(?: (\d[\d,]*|official|builtin|real_[a-z]+)\b)?")
 _ARGUMENTS = {
     "--keep-learned": 'learned="keep"',
     "--relearn": 'learned="again"',

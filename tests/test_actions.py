@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from real_bench.actions import (
     Action,
     action_segments,
     check_action,
+    check_command,
 )
 from real_bench.controls import CartesianControl, JointControl, MacroControl
 from real_bench.controls.macro import plan_macro, push_points
@@ -195,3 +197,24 @@ def test_macros_end_exactly_at_their_second_point() -> None:
     random = np.random.default_rng(0)
     for points in random.uniform([-0.25, -0.5] * 2, [0.05, 0.5] * 2, (2000, 4)).tolist():
         assert push_points(tuple(points))[-1] == tuple(points[2:])
+
+
+def test_a_quaternion_of_zeros_is_refused_however_it_is_given() -> None:
+    command = np.array([-0.1, 0, 0.5, 0, 0, 0, 0, 0, 0], np.float64)
+    given_as = {"cartesian_command": command[:7], "gripper_command": command[7:]}
+    ways: list[Callable[[], object]] = [
+        lambda: CartesianControl().command(given_as),
+        lambda: check_command(command, CartesianControl()),
+        lambda: check_action(Action.hold(command, 50), CartesianControl()),
+    ]
+    for way in ways:
+        with pytest.raises(ActionError, match="quaternion"):
+            way()
+    check_action(Action.rest(9), CartesianControl())  # no command is fine
+
+
+def test_actions_can_be_asked_whether_they_are_the_same() -> None:
+    one = Action.macro([[0, 0], [0.1, 0.1]])
+    assert one == one
+    assert one != Action.macro([[0, 0], [0.1, 0.1]])
+    assert len({one, one}) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,3 +57,16 @@ def test_records_keep_ints_and_name_what_is_wrong() -> None:
     assert type(Part(15e6).n_run_steps) is int  # type: ignore[arg-type]
     with pytest.raises(RealBenchError, match=r"^run steps must .* from 1 to 2\*\*63 - 1, not 0$"):
         Part(0)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.float64, np.int8, np.uint64])
+def test_numpy_numbers_are_whole_if_they_are(kind: type[np.number[Any]]) -> None:
+    assert whole(kind(64), "steps") == 64
+
+
+@pytest.mark.parametrize(
+    "value", [np.float32(0.5), np.float32("nan"), np.float64("inf"), np.bool_(1)]
+)
+def test_numpy_numbers_that_are_not_whole_are_refused(value: Any) -> None:
+    with pytest.raises(RealBenchError, match="steps must be a whole number"):
+        whole(value, "steps")

@@ -34,6 +34,11 @@ def test_options_become_arguments(command: str, python: str) -> None:
     assert in_python(command) == python
 
 
+@pytest.mark.parametrize("name", ["/data/my--run.h5", "exp--seed 3", "a.--out", "/--out", "---out"])
+def test_a_file_s_name_is_no_option(name: str) -> None:
+    assert in_python(f"{name} exists: use another --out") == f"{name} exists: use another out"
+
+
 @given(st.text())
 def test_text_without_options_stays(text: str) -> None:
     assert "--" in text or in_python(text) == text

@@ -169,9 +169,6 @@ class Isolation:
             raise click.UsageError("limits are for isolated controllers: add --isolate")
 
 
-NOT_ISOLATED = Isolation()
-
-
 def limit_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options for limits of an isolated controller; the command gets those given as ``limits``."""
 

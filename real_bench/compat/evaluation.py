@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ControllerError
+from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
 from real_bench.whole import whole
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from real_bench.simulation.scene import Scene
     from real_bench.task import Task
 
-CLASSES = ("2D", "2.5D", "3D")
 SEED = 0
 
 Scores = tuple[dict[str, float], dict[str, list[float]]]
@@ -135,8 +135,8 @@ def _run_trials(
                 log.info("goal %d (%s): %.4f", number, trial.challenge, trial.score)
                 scores.setdefault(trial.challenge, []).append(trial.score)
             maker.end()
-    every = [score for name in CLASSES for score in scores.get(name, [])]
-    means = {f"score_{name}": _mean(scores[name]) if name in scores else 0 for name in CLASSES}
+    every = [score for name in CHALLENGES for score in scores.get(name, [])]
+    means = {f"score_{name}": _mean(scores[name]) if name in scores else 0 for name in CHALLENGES}
     return {**means, "score_total": _mean(every) if every else math.nan}, scores
 
 

@@ -22,6 +22,7 @@ from real_bench.files import write_atomically
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.locks import temporary_folder
+from real_bench.simulation.scene import shipped_scenes
 from real_bench.submissions.packing import pack, zip_files
 
 IMAGE = "realbench:platform"
@@ -242,7 +243,7 @@ def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
     files |= _reference_data(competition, name)
     for number, recording in enumerate(recordings):
         files[f"recording{number}.h5"] = recording.read_bytes()
-    if competition.scene.endswith(".yaml"):
+    if competition.scene not in shipped_scenes():
         raise ExperimentError("on the platform the scene must be one of the image's, given by name")
     return files
 

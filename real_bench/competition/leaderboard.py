@@ -19,9 +19,9 @@ from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.naming import scene_name
 from real_bench.quoting import markdown, quoted
+from real_bench.scoring.columns import ABSENT
 from real_bench.scoring.statistics import OVER_GOALS, OVER_PLAYS_AND_GOALS
 
-ABSENT = "-"
 MAX_DETAIL_LENGTH = 300
 
 

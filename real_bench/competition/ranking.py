@@ -16,7 +16,7 @@ from real_bench.scoring.comparison import MetricComparison, compare
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, load_result
 
-ZERO, EXCLUDED = "zero", "excluded"
+ZERO = "zero"
 
 
 @dataclass(frozen=True)

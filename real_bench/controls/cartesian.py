@@ -67,9 +67,14 @@ class CartesianControl(Control):
         command = np.concatenate(
             [vector(pose, "cartesian_command", 7), vector(gripper, "gripper_command", 2)]
         )
-        if not command[3:7].any():
-            raise ActionError("the quaternion of cartesian_command is all zeros")
+        self.check(command[None])
         return command
+
+    @classmethod
+    def check(cls, commands: NDArray[np.float64]) -> None:
+        """Raise ActionError if a quaternion is all zeros."""
+        if not commands[:, 3:7].any(axis=1).all():
+            raise ActionError("the quaternion of a Cartesian command is all zeros")
 
     def segments(self, command: Command, n_steps: int, simulation: Simulation) -> Iterator[Segment]:
         """The arm's solution with the gripper commands, held."""

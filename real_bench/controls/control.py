@@ -61,6 +61,11 @@ class Control(ABC):
         """No command for 1000 steps: go home and stay there."""
         return Action.rest(cls.size)
 
+    @classmethod
+    def check(cls, commands: NDArray[np.float64]) -> None:
+        """Raise ActionError if one of some command vectors, (k, size), cannot be executed."""
+        return  # any can
+
     @abstractmethod
     def command(self, action: Mapping[str, Any]) -> Command:
         """The command vector of an official action dict; raises ActionError for a bad one."""

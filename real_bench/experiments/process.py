@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
 import sys
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -12,6 +11,7 @@ from typing import IO, Any
 
 from real_bench.errors import ExperimentError, RealBenchError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps
+from real_bench.signal_names import signal_name
 
 WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import main; main()"
 """Does not import from the current folder, which may be a stranger's."""
@@ -126,4 +126,4 @@ class Processes:
 
 
 def _cause(code: int) -> str:
-    return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+    return signal_name(-code) if code < 0 else f"exit code {code}"

@@ -26,7 +26,7 @@ HEADROOM = 1.3
 """Height of a panel relative to the line of actions, to leave room for a note."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Levels:
     """Levels of abstraction of one recording.
 

@@ -50,7 +50,7 @@ class FigureOptions:
             keep_whole(self, "run_steps", 1, error=RecordingError)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Play:
     """One recording, or its first steps; n actions, of which k can be planned with.
 

@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from real_bench.counting import counted
 from real_bench.errors import GoalSetError
-from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet, check_size
+from real_bench.goal_sets.goal import CHALLENGES, UNKNOWN_SEED, Goal, GoalSet, check_size
 from real_bench.goal_sets.inert_pickle import PickledCall, read_pickle
 from real_bench.goal_sets.npy import read_npy_header
 from real_bench.simulation.scene import Scene
 
 GENERATOR = "real-robots-0.1.21"
-UNKNOWN_SEED = -1
 MAX_BYTES = 2**28  # 50 official goals unpack to 38 MB
 
 PICKLED_FROM = "real_robots.envs.env"

@@ -257,7 +257,7 @@ def _parse_options(values: Mapping[str, Any]) -> OfficialOptions:
 def _number(value: Any) -> int | None:
     try:
         return int(float(value)) if value is not None and float(value) >= 1 else None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
 
 

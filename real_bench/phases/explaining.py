@@ -42,7 +42,7 @@ LEGEND = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Decision:
     """One decision and its outcome.
 

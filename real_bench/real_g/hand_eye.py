@@ -55,7 +55,7 @@ BOUNDS = [IN_REACH] * 6 + [(0, 30), (0, 5), (0, 50), (-6, -1), (-5, 5), (-4.6, -
 EPSILON = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contingencies:
     """What the hand did and how a thing was seen to react, n times.
 

@@ -13,7 +13,7 @@ from real_bench.real_x.triplets import Triplets
 N_LEVELS = 200
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DynamicAbstraction:
     """The distance up to which two states count as the same, level by level.
 

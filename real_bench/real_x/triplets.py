@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from real_bench.errors import RealBenchError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Triplets:
     """Preconditions s and outcomes s' of n actions; the row number says which action it was.
 

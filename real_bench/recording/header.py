@@ -18,6 +18,7 @@ from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.fields import Seed
 from real_bench.quoting import quoted
+from real_bench.source import module_location
 from real_bench.version import SOURCE, __version__
 
 FIELDS_TO_RESUME = (
@@ -169,11 +170,19 @@ def _plain(value: Any) -> Any:
 
 @cache
 def _package_sha256() -> str:
-    """The hash of our own code, which changes more often than its version."""
+    """The hash of our own code, which changes more often than its version.
+
+    The same for the same code, whether it is installed, or a checkout with folders of its own for
+    what lies in the package once it is installed.
+    """
     package = Path(__file__).parents[1]
+    files = {str(file.relative_to(package)): file for file in package.rglob("*.py")}
+    for name in ("controllers", "goals"):
+        if place := module_location(f"real_bench.{name}"):
+            files |= {f"{name}/{file.relative_to(place)}": file for file in place.rglob("*.py")}
     digest = hashlib.sha256()
-    for file in sorted(package.rglob("*.py")):
-        digest.update(str(file.relative_to(package)).encode() + b"\0" + file.read_bytes())
+    for name in sorted(files, key=Path):
+        digest.update(name.encode() + b"\0" + files[name].read_bytes())
     return digest.hexdigest()
 
 

@@ -35,7 +35,7 @@ from real_bench.simulation.scene import Camera
 SECONDS_BETWEEN_WRITES = 3.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ResumePoint:
     """Where a resumed recording ended.
 
@@ -51,7 +51,7 @@ class ResumePoint:
     number: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Snapshot:
     """A moment as it is recorded.
 

@@ -130,7 +130,7 @@ def packing(name: str) -> dict[str, Any]:
     return {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Batch:
     """Rows that belong together; the names are those of the datasets.
 

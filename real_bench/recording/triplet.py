@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """The state between two actions.
 

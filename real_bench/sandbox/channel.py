@@ -46,6 +46,10 @@ class SpinWait:
         return None
 
 
+LONGEST_WAIT_S = 86_400.0
+"""The system counts milliseconds in 32 bits."""
+
+
 class Channel:
     """One end of a pair of sockets.
 
@@ -96,6 +100,8 @@ class Channel:
             try:
                 piece = self._piece(min(n_bytes - len(self._received) + _SPARE, _PIECE), deadline)
             except TimeoutError as error:
+                if deadline is None or time.monotonic() < deadline:  # only the longest wait
+                    continue
                 raise DeadlineExceeded from error
             except OSError as error:
                 raise ChannelClosed from error
@@ -117,4 +123,4 @@ class Channel:
         left = deadline - time.monotonic()
         if left <= 0:
             raise DeadlineExceeded
-        self._socket.settimeout(left)
+        self._socket.settimeout(min(left, LONGEST_WAIT_S))

@@ -26,6 +26,7 @@ from real_bench.sandbox.faults import is_out_of_memory
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.support import SandboxSupport, Site, bubblewrap_options, python_command
 from real_bench.sandbox.visible_files import VisibleFiles
+from real_bench.signal_names import signal_name
 
 OUTPUT_BYTES = 1 << 20
 KEPT_VARIABLES = (
@@ -77,9 +78,9 @@ class Process:
             return BrokenRuleError, "its process closed the channel to the benchmark"
         self._output.join()
         last_output = self._output.last_line
-        how = f"killed by {_signal_name(-code)}" if code < 0 else f"with exit code {code}"
+        how = f"killed by {signal_name(-code)}" if code < 0 else f"with exit code {code}"
         if self._support.bubblewrap and code - 128 in set(signal.Signals):
-            how += f", or killed by {_signal_name(code - 128)}"  # as shells report signals
+            how += f", or killed by {signal_name(code - 128)}"  # as shells report signals
         reason = f"its process ended {how}" + (
             f" (its last output: {last_output})" if last_output else ""
         )
@@ -160,10 +161,3 @@ def _environment(support: SandboxSupport, site: Site) -> dict[str, str]:
     tmp = "/tmp" if support.bubblewrap else str(site.tmp)
     kept = {name: os.environ[name] for name in KEPT_VARIABLES if name in os.environ}
     return {"PATH": "/usr/bin:/bin", "HOME": tmp, "TMPDIR": tmp, **kept}
-
-
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"

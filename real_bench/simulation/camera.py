@@ -11,7 +11,7 @@ from real_bench.simulation import scene
 from real_bench.simulation.bullet import pybullet
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Image:
     """What the camera saw.
 

@@ -16,7 +16,7 @@ LATEST_ACTIONS = 500
 """Actions over which the share that moved an object is taken, as in the paper's figures."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlayStatus:
     """The progress of a play, by what it has written.
 

@@ -7,6 +7,7 @@ import pytest
 
 from real_bench.errors import ExperimentError
 from real_bench.experiments import Spec, read_spec
+from real_bench.simulation.scene import manifest_path
 from tests.experiments.conftest import WriteSpec
 
 EVALUATION = Path(__file__).parents[2] / "evaluation"
@@ -151,3 +152,21 @@ def test_controller_folder_may_contain_a_colon(spec: Spec, named: str) -> None:
 @pytest.mark.parametrize("named", ["real_d", "package.module:Class"])
 def test_controller_named_without_a_path_is_kept_as_named(spec: Spec, named: str) -> None:
     assert spec.controller(named) == named
+
+
+@pytest.mark.parametrize("form", ["mine.yaml", "mine.yml", "mine"])
+def test_a_scene_beside_the_file_is_found_in_every_form(
+    write_spec: WriteSpec, tmp_path: Path, form: str
+) -> None:
+    file = tmp_path / form if "." in form else tmp_path / form / "scene.yaml"
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(manifest_path("builtin").read_bytes())
+    spec = read_spec(write_spec(scene=form))
+    assert manifest_path(spec.scene_source) == file
+
+
+def test_a_scene_that_ships_is_no_folder_beside_the_file(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    (tmp_path / "builtin").mkdir()
+    assert read_spec(write_spec(scene="builtin")).scene_source == "builtin"

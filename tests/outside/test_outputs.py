@@ -24,7 +24,7 @@ from real_bench.file_kinds import (
     WHOLE,
     FileKind,
 )
-from real_bench.files import Output
+from real_bench.files import Output, OutputError, atomic_replacement
 from tests.outside.bench import ROOT, Done, as_nobody, command, needs_root, state_of
 
 WHO = ("--controller", "real_r", "--scene", "builtin", "--condition", "OM")
@@ -338,6 +338,20 @@ def test_a_summary_that_another_process_has_begun_is_not_removed(place: Path) ->
     with Output(path, append=True), Output(path, append=True) as other:
         other.write(b"theirs")
     assert path.read_bytes() == b"theirs"
+
+
+def test_what_fails_while_a_file_is_written_is_not_said_of_the_file(place: Path) -> None:
+    with pytest.raises(ValueError, match="invalid literal"), atomic_replacement(place / "new"):
+        int("x")
+    with pytest.raises(FileNotFoundError), atomic_replacement(place / "new"):
+        (place / "none").read_bytes()
+    with (
+        pytest.raises(OutputError, match=r"cannot write .*new: No space left"),
+        atomic_replacement(place / "new"),
+        Path("/dev/full").open("wb", buffering=0) as full,
+    ):
+        full.write(b"x")
+    assert not [path for path in place.iterdir() if path.name.startswith((".", "new"))]
 
 
 @needs_root

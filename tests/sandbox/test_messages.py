@@ -16,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from real_bench.sandbox import channel
 from real_bench.sandbox.channel import Channel, ChannelClosed, DeadlineExceeded, SpinWait
 from real_bench.sandbox.messages import (
     ARRAY_KINDS,
@@ -233,3 +234,14 @@ def test_spinning_receiver_notices_a_closed_channel() -> None:
     ours.close()
     with theirs, pytest.raises(ChannelClosed):
         Channel(theirs, SpinWait()).receive(ANY)
+
+
+def test_a_deadline_far_away_is_no_deadline_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The system takes no timeout of more than some weeks: it is waited for in parts."""
+    monkeypatch.setattr(channel, "LONGEST_WAIT_S", 0.01)
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        answer = threading.Timer(0.1, Channel(ours).send, [[1, 2]])
+        answer.start()
+        assert Channel(theirs).receive(ANY, time.monotonic() + 4_294_968) == [1, 2]
+        answer.join()
