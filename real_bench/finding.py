@@ -112,7 +112,10 @@ def _load_module(source: ControllerSource) -> ModuleType:
 
 
 def _load_error(source: ControllerSource, error: BaseException) -> ControllerError:
-    return SubmissionError(f"controller {source.spec} cannot be loaded: {blame(error)}")
+    hint = ""
+    if isinstance(error, ModuleNotFoundError) and error.name and Path(error.name).is_dir():
+        hint = f" (the folder {error.name} is here: set PYTHONPATH=. to import from it)"
+    return SubmissionError(f"controller {source.spec} cannot be loaded: {blame(error)}{hint}")
 
 
 def _load_submitted(path: Path, folder: Path, spec: str) -> ModuleType:
@@ -122,6 +125,12 @@ def _load_submitted(path: Path, folder: Path, spec: str) -> ModuleType:
         raise
     except BaseException as error:
         told = blame(error, folder)
+        if "attempted relative import" in str(error):
+            told += (
+                " (a file is loaded by itself: name the module, e.g. "
+                f"PYTHONPATH={folder.parent} and {folder.name}.{path.stem}:Class, "
+                "or import without the dot)"
+            )
         raise SubmissionError(f"controller {spec} cannot be loaded: {told}") from error
 
 

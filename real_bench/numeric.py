@@ -23,7 +23,9 @@ def numbers(value: object, what: str, size: int) -> NDArray[np.float64]:
     try:
         given = np.array(value, np.float64)
     except Exception as error:  # a stranger's object may raise anything
-        raise ActionError(f"{what} must be {size} numbers, not {short(value)}") from error
+        raise ActionError(
+            f"{what} must be {size} numbers, not {short(value)}{_hint(value)}"
+        ) from error
     if given.size != size:
         raise ActionError(f"{what} must be {size} numbers, not an array of shape {given.shape}")
     return given
@@ -34,7 +36,11 @@ def any_numbers(value: object, what: str) -> NDArray[np.float64]:
     try:
         return np.array(value, np.float64)
     except Exception as error:  # a stranger's object may raise anything
-        raise ActionError(f"{what} must be numbers, not {short(value)}") from error
+        raise ActionError(f"{what} must be numbers, not {short(value)}{_hint(value)}") from error
+
+
+def _hint(value: object) -> str:
+    return " (of a tensor: its .detach().numpy())" if type(value).__name__ == "Tensor" else ""
 
 
 def short(value: object) -> str:

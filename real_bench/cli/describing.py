@@ -30,6 +30,7 @@ def describe_recording(path: Path) -> dict[str, Any]:
             "steps": recording.n_steps,
             "steps_asked": recording.total_steps,
             "cut_at_steps": recording.cuts,
+            "code_changed_at_steps": recording.code_changes,
             "share_of_actions_that_moved_an_object": (
                 round(recording.share_moved(), 4) if n_triplets else None
             ),

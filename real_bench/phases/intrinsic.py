@@ -171,7 +171,15 @@ class IntrinsicPhase:
     def _recorder(self, header: Header, resume: bool, overwrite: bool) -> Recorder:
         size = self.condition.control_type.size
         if resume and _has_begun(self.out):
-            return Recorder.resume(self.out, header, size, self.steps)
+            recorder = Recorder.resume(self.out, header, size, self.steps)
+            point = recorder.resume_point
+            if point is not None and point.code_sha256 != header.controller_sha256:
+                log.warning(
+                    "the controller's code is not that of before step %s: what follows is played "
+                    "by other code (realbench inspect tells where)",
+                    f"{recorder.n_steps:,}",
+                )
+            return recorder
         camera, replace = self.scene.manifest.camera, overwrite or resume
         return Recorder.begin(self.out, header, size, self.steps, camera, overwrite=replace)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import inspect
+import os
 import random
 import sys
 from collections.abc import Callable, Mapping
@@ -103,6 +104,27 @@ def identify(
     )
 
 
+class OwnFolder:
+    """The working directory of a controller: ours, until it changes it; ours stays as it is."""
+
+    def __init__(self) -> None:
+        self._own: str | None = None
+
+    def enter(self) -> str:
+        """Go there; returns ours."""
+        ours = os.getcwd()  # noqa: PTH109  at each step, and faster
+        if self._own is not None:
+            os.chdir(self._own)
+        return ours
+
+    def leave(self, ours: str) -> None:
+        """Go back."""
+        own = os.getcwd()  # noqa: PTH109
+        if own != ours:
+            os.chdir(ours)
+        self._own = own if own != ours else None
+
+
 class LocalProxy:
     """A controller with its errors turned into ours, and missing hooks into nothing.
 
@@ -124,6 +146,7 @@ class LocalProxy:
         self.identity = identify(kind, source, settings)
         self._control = context.control
         self._place = source.place
+        self._folder = OwnFolder()
         self._observed = tuple(context.observation_space.spaces)
         self._has_extended_api = uses_extended_api(kind)
         # Its own spaces: sampling from them is part of its randomness.
@@ -241,6 +264,7 @@ class LocalProxy:
                 "__deepcopy__, or set learns_across_trials = True",
             ) from error
         clone._controller, clone._action_space = pair
+        clone._folder = copy.copy(self._folder)
         return clone
 
     def close(self) -> None:
@@ -253,6 +277,7 @@ class LocalProxy:
         return official_observation(argument) if self._official else argument.now()
 
     def _call_guarded(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        ours = self._folder.enter()
         try:
             return function(*arguments)
         except PhysicsError:
@@ -263,6 +288,8 @@ class LocalProxy:
             name = getattr(function, "__name__", "it")
             hint = missing_key(error, self._observed) if isinstance(error, KeyError) else ""
             raise fault(self, f"{name}() failed at {blame(error, self._place)}{hint}") from error
+        finally:
+            self._folder.leave(ours)
 
     def _check_signature(self, kind: type[Any], arguments: tuple[Any, ...]) -> None:
         """Report a class that takes the action space alone, as in 2019."""

@@ -79,11 +79,14 @@ class Recording:
                 self.commands_sha256 = None if stored is None else str(stored)
                 cuts = self._file["cuts"][()]
                 self.cuts: list[int] = cuts["step"].tolist()
-                self.code_sha256 = (
-                    cuts["controller_sha256"][-1].decode()
-                    if len(cuts)
-                    else self.header.controller_sha256
-                )
+                code = [each.decode() for each in cuts["controller_sha256"]]
+                code.insert(0, self.header.controller_sha256)
+                self.code_sha256 = code[-1]
+                self.code_changes = [
+                    step
+                    for step, before, after in zip(self.cuts, code[:-1], code[1:], strict=True)
+                    if before != after
+                ]
                 self.n_states = len(self._file["states"])
                 self._check_rows()
         except BaseException:

@@ -42,12 +42,14 @@ class ResumePoint:
     Attributes:
         object_poses, joint_positions: of its last state; a fresh world begins there.
         controller_state: what the controller handed over then.
+        code_sha256: the hash of its code then.
         number: how often the run has been interrupted.
     """
 
     object_poses: NDArray[np.float64]
     joint_positions: NDArray[np.float64]
     controller_state: ControllerState
+    code_sha256: str
     number: int
 
 
@@ -226,6 +228,7 @@ class Recorder:
             object_poses=recording.object_poses[-1],
             joint_positions=recording.states["joint_positions"][-1],
             controller_state=recording.controller_state(),
+            code_sha256=recording.code_sha256,
             number=len(recording.cuts) + 1,
         )
         if self.n_steps < self._total_steps:

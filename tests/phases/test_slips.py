@@ -9,9 +9,12 @@ import pytest
 
 from real_bench import whole
 from real_bench.blame import blame
+from real_bench.cli.describing import describe_recording
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerError, RealBenchError
+from real_bench.finding import find_controller
 from real_bench.observation import missing_key
+from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.plans import plan_test
@@ -167,3 +170,59 @@ def test_a_play_whose_end_failed_is_tested_with_a_warning(
     caplog.clear()
     plan_test(run=tmp_path / "run.h5")
     assert "run.h5 has all 60 steps, but what the controller does at their end" in caplog.text
+
+
+@BACKENDS
+def test_a_controller_may_change_its_folder_and_ours_stays(
+    tmp_path: Path,
+    builtin_scene: Scene,
+    backend: ControllerBackend,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code = ACTS.replace(
+        "LINE",
+        "import os, tempfile"
+        "\n        if not hasattr(self, 'own'): self.own = tempfile.mkdtemp(); os.chdir(self.own)"
+        "\n        assert os.path.samefile(self.own, os.getcwd())",
+    )
+    play(Path(), builtin_scene, code, backend)
+    assert Path.cwd() == tmp_path
+    with Recording(tmp_path / "run.h5") as recording:
+        assert recording.ended
+    plan = plan_test(run=Path("run.h5"), trial_steps=60, backend=backend, wanted="nothing")
+    ExtrinsicPhase(plan, 2, Path("score.json"), 1).run(lambda _: None)
+    assert (tmp_path / "score.json").exists()
+
+
+def test_a_play_that_goes_on_with_other_code_says_so(
+    tmp_path: Path, builtin_scene: Scene, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "mine.py").write_text(HEAD + ACTS.replace("LINE", "pass"))
+
+    def go_on(steps: int) -> None:
+        condition = Condition.parse("IM")
+        who = str(tmp_path / "mine.py")
+        phase = IntrinsicPhase(who, condition, 1, builtin_scene, steps, 0, tmp_path / "run.h5")
+        phase.run(lambda _: None, resume=True).close()
+
+    go_on(60)
+    go_on(80)
+    assert "other code" not in caplog.text
+    with (tmp_path / "mine.py").open("a") as file:
+        file.write("# mended\n")
+    go_on(100)
+    assert "not that of before step 80" in caplog.text
+    assert describe_recording(tmp_path / "run.h5")["code_changed_at_steps"] == [80]
+
+
+def test_a_module_in_the_folder_tells_how_to_import_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "mine_pkg").mkdir()
+    (tmp_path / "mine_pkg" / "ctrl.py").write_text("from . import nothing\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ControllerError, match=r"set PYTHONPATH=\."):
+        find_controller("mine_pkg.ctrl:Mine")
+    with pytest.raises(ControllerError, match=r"and mine_pkg\.ctrl:Class"):
+        find_controller("mine_pkg/ctrl.py")
