@@ -10,7 +10,8 @@ import click
 from real_bench.cli import options
 from real_bench.cli.printing import print_tables, say
 
-FORMATS = ("text", "markdown", "json")
+JSON = "json"
+FORMATS = ("text", "markdown", JSON)
 
 EPILOG = """\b
 Example:
@@ -31,8 +32,15 @@ Example:
     "--films", is_flag=True, help="Film every trial for the site (takes as long as a test)."
 )
 @options.overwrite_option
+@options.json_option
 def leaderboard(
-    results: Path, name: str | None, form: str, site: Path | None, films: bool, overwrite: bool
+    results: Path,
+    name: str | None,
+    form: str,
+    site: Path | None,
+    films: bool,
+    overwrite: bool,
+    as_json: bool,
 ) -> None:
     """Rank the submissions of the rounds in RESULTS.
 
@@ -52,7 +60,7 @@ def leaderboard(
         return
     if films:
         raise click.UsageError("--films needs --site")
-    if form == "json":
+    if as_json or form == JSON:
         say(json.dumps(boards.json_boards(found)))
     elif form == "markdown":
         say("\n\n".join(map(boards.markdown_table, found)))
