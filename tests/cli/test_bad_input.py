@@ -138,7 +138,10 @@ def test_existing_recording_is_not_overwritten(place: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--goals", "two.npy"), "the goals are for 2 objects (cube, tomato), the run has 1"),
+        (
+            ("--run", "run.h5", "--goals", "two.npy"),
+            "the goals are for 2 objects (cube, tomato), the run has 1",
+        ),
         (("--goals", "none.npy"), "none.npy"),
         (("--goals", "run.h5"), "run.h5"),
         (("--run", "none.h5"), "recording not found: none.h5"),

@@ -44,7 +44,7 @@ def test_new_submission_passes_its_check_unchanged(place: Path) -> None:
     assert suite.time > 0
     done = realbench(place, "submission", "pack", "mine")
     assert f"hash {sha256(place / 'mine')}" in done.stdout
-    assert realbench(place, "submission", "check", "mine.zip").stdout.count("ok ") == 9
+    assert realbench(place, "submission", "check", "mine.zip").stdout.count("ok ") == 10
     again = realbench(place, "submission", "init", "mine", code=3)
     assert "exists: use another folder" in again.stderr
     assert "mine.zip exists" in realbench(place, "submission", "pack", "mine", code=1).stderr
