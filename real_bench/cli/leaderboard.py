@@ -60,6 +60,8 @@ def leaderboard(
         return
     if films:
         raise click.UsageError("--films needs --site")
+    if as_json and form == "markdown":
+        raise click.UsageError("--json is a format of its own: leave out --format")
     if as_json or form == JSON:
         say(json.dumps(boards.json_boards(found)))
     elif form == "markdown":

@@ -128,7 +128,8 @@ def notes(board: Leaderboard) -> list[str]:
     if facts.ties == "paired":
         lines.append(
             "submissions share a rank if the paired comparison, goal by goal, cannot tell them "
-            "from the first of them (95%, over what the column is)"
+            "from the first of them (95%, over plays and goals where both have three plays, else "
+            "over goals)"
         )
     for row in rows:
         if row.standing.status != SCORED and row.standing.detail:

@@ -21,7 +21,12 @@ from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import NEVER_TAKEN, IntrinsicPhase, without_hints
 from real_bench.phases.plans import plan_test_after
 from real_bench.phases.player import make_player
-from real_bench.phases.proxy import ControllerBackend, ControllerProxy, Identity
+from real_bench.phases.proxy import (
+    ControllerBackend,
+    ControllerProxy,
+    Identity,
+    close_on_error,
+)
 from real_bench.recording.state import (
     ControllerState,
     is_same_state,
@@ -154,7 +159,8 @@ class ControllerCheck:
             with without_hints():
                 proxy: ControllerProxy | None = play.run(lambda _: None)
             if proxy and identity.hands_over_state:
-                same = self._survives(task, proxy.get_state())
+                with close_on_error(proxy):
+                    same = self._survives(task, proxy.get_state())
                 yield Finding("state", same, f"{SURVIVES if same else CHANGES} (after its play)")
                 if not same:
                     proxy.close()

@@ -8,6 +8,7 @@ import os
 import random
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, cast
 
 import numpy as np
@@ -110,19 +111,28 @@ class OwnFolder:
     def __init__(self) -> None:
         self._own: str | None = None
 
-    def enter(self) -> str:
+    def enter(self) -> str | None:
         """Go there; returns ours."""
-        ours = os.getcwd()  # noqa: PTH109  at each step, and faster
+        ours = _folder_now()
         if self._own is not None:
-            os.chdir(self._own)
+            with suppress(OSError):  # it may be gone
+                os.chdir(self._own)
         return ours
 
-    def leave(self, ours: str) -> None:
+    def leave(self, ours: str | None) -> None:
         """Go back."""
-        own = os.getcwd()  # noqa: PTH109
-        if own != ours:
+        own = _folder_now()
+        if ours is not None and own != ours:
             os.chdir(ours)
         self._own = own if own != ours else None
+
+
+def _folder_now() -> str | None:
+    """The working directory, if it still exists."""
+    try:
+        return os.getcwd()  # noqa: PTH109  at each step, and faster
+    except OSError:
+        return None
 
 
 class LocalProxy:

@@ -226,3 +226,12 @@ def test_a_module_in_the_folder_tells_how_to_import_it(
         find_controller("mine_pkg.ctrl:Mine")
     with pytest.raises(ControllerError, match=r"and mine_pkg\.ctrl:Class"):
         find_controller("mine_pkg/ctrl.py")
+
+
+def test_a_controller_may_remove_the_folder_that_it_is_in(
+    tmp_path: Path, builtin_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    line = "import os, tempfile; own = tempfile.mkdtemp(); os.chdir(own); os.rmdir(own)"
+    play(Path(), builtin_scene, ACTS.replace("LINE", line), LocalBackend())
+    assert Path.cwd() == tmp_path
