@@ -269,7 +269,7 @@ def test_altered_goals_are_refused(
         ({"jobs": 0}, "jobs must be a whole number of at least 1, not 0"),
         ({"path": EVALUATION / "results" / "real_r-OM-1.json"}, "it keeps no commands"),
         (
-            {"path": EVALUATION / "results/full-scale/real_r-IM-1-seed0-shipped.json"},
+            {"path": EVALUATION / "results/earlier-control/real_r-IM-1-seed0-shipped.json"},
             "cannot be replayed: its macro-actions have version 1, this realbench has 2",
         ),
         ({"path": EVALUATION / "README.md"}, "cannot be read"),
