@@ -73,6 +73,7 @@ def table(
     """
     from real_bench.experiments import read_spec
     from real_bench.experiments.running import Experiment
+    from real_bench.experiments.scores import rows_of
     from real_bench.sandbox import Limits
 
     if init:
@@ -99,11 +100,12 @@ def table(
             if len(work):
                 experiment.check(work)
                 failures = with_progress(work, partial(experiment.make, work))
-    _show(experiment.spec, experiment.rows(), "json" if as_json else form)
+    plan = experiment.plan()
+    _show(experiment.spec, rows_of(experiment.spec, plan), "json" if as_json else form)
     if failures:
         raise ExperimentError(in_short([failure.detail for failure in failures.values()]))
     if not wanted:
-        _print_missing(experiment.missing(), spec)
+        _print_missing(plan.pending(), spec)
 
 
 def _write_template(spec: Path, *, overwrite: bool) -> None:

@@ -53,7 +53,7 @@ class Experiment:
         """
         self._check_controllers()
         load_scene(self.spec.scene_source)  # is it installed?
-        plan = self._plan()
+        plan = self.plan()
         for name in plan.draw_goals(overwrite=overwrite):
             log.info("drawing %s", name)
         plan.check_goals()
@@ -66,7 +66,7 @@ class Experiment:
             resume: continue interrupted plays, which are then not bit for bit the same.
             overwrite: replace files that do not belong to this experiment.
         """
-        return self._plan().pending(resume=resume, overwrite=overwrite)
+        return self.plan().pending(resume=resume, overwrite=overwrite)
 
     def check(self, work: PendingJobs) -> None:
         """Find out before any work whether it can be done: every controller plays a few steps.
@@ -112,7 +112,7 @@ class Experiment:
 
     def rows(self) -> list[Row]:
         """The table from the results so far; raises ExperimentError."""
-        return rows_of(self.spec, self._plan())
+        return rows_of(self.spec, self.plan())
 
     @contextlib.contextmanager
     def lock_folder(self) -> Iterator[None]:
@@ -125,7 +125,8 @@ class Experiment:
         with write_lock(folder / "table"):
             yield
 
-    def _plan(self) -> ExperimentPlan:
+    def plan(self) -> ExperimentPlan:
+        """Its jobs and their states now; each file is read once, when it is first asked for."""
         return ExperimentPlan(self.spec, isolate=self.isolate, limits=self.limits)
 
     def _check_controllers(self) -> None:
@@ -133,7 +134,7 @@ class Experiment:
         played = [found[1].controller for cell in spec.cells if (found := spec.play_of(cell))]
         for named in {*played, *(cell.controller for cell in spec.cells)}:
             ControllerSource.of(spec.controller(named)).code_files()
-        self._plan().check_settings()
+        self.plan().check_settings()
 
     def _check_goals(self) -> None:
         spec = self.spec

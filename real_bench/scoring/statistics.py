@@ -64,9 +64,7 @@ def goals_interval(
     numbers = np.asarray(values, np.float64)
     if len(numbers) < 2 or np.isnan(numbers).any():
         return None
-    groups = _by_class(numbers, classes)
-    if min(map(len, groups)) < 2:
-        groups = [numbers]
+    groups = [numbers[of_class] for of_class in _masks(classes)]
     shares = np.array([len(group) for group in groups]) / len(numbers)
 
     def mean(*resampled: Floats, axis: int = -1) -> Any:
@@ -229,10 +227,11 @@ def bootstrap_interval(
     return Interval(float(found.low), float(found.high), OVER_GOALS)
 
 
-def _by_class(values: Floats, classes: Sequence[str]) -> list[Floats]:
-    """The rows of each class."""
+def _masks(classes: Sequence[str]) -> list[NDArray[np.bool_]]:
+    """Which goals are of each class; if one has a single goal, all are one class."""
     names = np.asarray(classes)
-    return [values[names == name] for name in dict.fromkeys(classes)]
+    masks = [names == name for name in dict.fromkeys(classes)]
+    return masks if min(mask.sum() for mask in masks) > 1 else [np.ones(len(names), bool)]
 
 
 def _goal_parts(
@@ -244,14 +243,10 @@ def _goal_parts(
         For each class its variance and degrees of freedom; and for each side the part of the
         variance that is due to the interaction of its plays with goals.
     """
-    names, n_goals = np.asarray(classes), len(classes)
-    groups = [names == name for name in dict.fromkeys(classes)]
-    if min(group.sum() for group in groups) < 2:
-        groups = [np.ones(n_goals, bool)]
     parts, together = [], [0.0] * len(sides)
-    for group in groups:
+    for group in _masks(classes):
         own = int(group.sum())
-        weight = own / n_goals**2
+        weight = own / len(classes) ** 2
         means = np.sum([side[:, group].mean(axis=0) for side in sides], axis=0)
         parts.append((weight * float(means.var(ddof=1)), own - 1))
         for number, side in enumerate(sides):
