@@ -114,7 +114,7 @@ def run_intrinsic(
         images=images,
     )
     if progress:
-        from real_bench.cli.running import play
+        from real_bench.progress.phases import play
 
         play(phase, resume=resume, overwrite=overwrite).close()
     else:
@@ -195,7 +195,7 @@ def run_extrinsic(
     n_trials = len(plan.goal_set) if trials is None else trials
     phase = ExtrinsicPhase(plan, n_trials, result, jobs)
     if progress:
-        from real_bench.cli.running import run_trials
+        from real_bench.progress.phases import run_trials
 
         return run_trials(phase, resume=resume, overwrite=overwrite)
     return phase.run(_ignore, resume=resume, overwrite=overwrite)
@@ -219,10 +219,10 @@ def run_experiment(
     """
     from functools import partial
 
-    from real_bench.cli.working import with_progress
     from real_bench.errors import ExperimentError, in_short
     from real_bench.experiments import read_spec
     from real_bench.experiments.running import Experiment
+    from real_bench.progress.jobs import run_jobs
 
     experiment = Experiment(read_spec(_as_path(spec, "spec")), jobs)
     if make:
@@ -232,7 +232,7 @@ def run_experiment(
             if len(work):
                 experiment.check(work)
                 run = partial(experiment.make, work)
-                failures = with_progress(work, run) if progress else run(_ignore)
+                failures = run_jobs(work, run) if progress else run(_ignore)
         if failures:
             raise ExperimentError(in_short([failure.detail for failure in failures.values()]))
     return experiment.rows()

@@ -7,9 +7,8 @@ import zipfile
 from contextlib import suppress
 from pathlib import Path
 
-from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, GOAL_SET, RECORDING, RESULT
+from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, GOAL_SET, RECORDING, RESULT, RUN_FORMAT
 from real_bench.goal_sets.official import PICKLED_FROM
-from real_bench.recording.schema import FORMAT
 
 
 def is_benchmark_file(path: Path) -> bool:
@@ -24,7 +23,7 @@ def is_benchmark_file(path: Path) -> bool:
             first = file.read(FIRST_BYTES)
             if RECORDING.begins(first):
                 with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as whole:
-                    return whole.find(FORMAT.encode()) >= 0
+                    return whole.find(RUN_FORMAT.encode()) >= 0
         if ARCHIVE.begins(first):
             return PICKLED_FROM.encode() in _first_of_archive(path)
     except OSError:  # nobody can read it, so the controller cannot either

@@ -48,13 +48,15 @@ A controller sees observations and spaces, never the simulation, the goal file o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, SupportsFloat
+from typing import TYPE_CHECKING, Any, ClassVar, SupportsFloat
 
-from real_bench import settings
 from real_bench.actions import Action
 from real_bench.explanation import Explanation
 from real_bench.logbook import add_entry
 from real_bench.recording import ControllerState, Experience
+
+if TYPE_CHECKING:
+    from real_bench import settings
 
 __all__ = ["Action", "BasePolicy", "Controller", "ControllerState", "Experience", "Explanation"]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 FIRST_BYTES = 4096
+RUN_FORMAT = "realbench-run"
+"""What a recording says that it is, in an attribute; it may lie anywhere in the file."""
 
 
 @dataclass(frozen=True)

@@ -116,7 +116,7 @@ class ControllerSource:
 
     def submitted_files(self) -> list[Path]:
         """Every file in its place that is not the benchmark's; raises ControllerError."""
-        from real_bench.benchmark_files import is_benchmark_file  # loads h5py and more
+        from real_bench.benchmark_files import is_benchmark_file  # loads numpy
 
         return sorted(file for file in self.files() if not is_benchmark_file(file))
 

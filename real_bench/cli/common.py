@@ -8,11 +8,14 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from real_bench.cli.outputs import with_inputs_kept
+
+if TYPE_CHECKING:
+    from real_bench.progress.display import ProgressDisplay
 
 
 @dataclass
@@ -55,6 +58,13 @@ def progress_wanted() -> bool:
     context = click.get_current_context(silent=True)
     common = None if context is None else context.find_object(Common)
     return common is None or common.progress
+
+
+def progress_display(title: str, unit: str, total: int) -> ProgressDisplay:
+    """The progress of a command's work; ``--no-progress`` hides it."""
+    from real_bench.progress.display import ProgressDisplay
+
+    return ProgressDisplay(title, unit, total, shown=progress_wanted())
 
 
 def meant_option(error: click.ClickException) -> str:

@@ -10,6 +10,7 @@ from click.core import ParameterSource
 
 from real_bench import defaults
 from real_bench.cli import options, running
+from real_bench.cli.common import progress_wanted
 from real_bench.lengths import INTRINSIC_STEPS
 
 EPILOG = """\b
@@ -65,6 +66,7 @@ def evaluate(
     from real_bench.files import check_output
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test_after
+    from real_bench.progress.phases import play, run_trials
 
     is_named = context.get_parameter_source("run") is ParameterSource.COMMANDLINE
     if overwrite and not is_named and run.exists():
@@ -77,7 +79,7 @@ def evaluate(
     check_output(run, overwrite=overwrite, kind=RECORDING, instead="another --run")
     check_output(out, overwrite=overwrite, kind=RESULT)
     try:
-        proxy = running.play(phase, resume=False, overwrite=overwrite)
+        proxy = play(phase, resume=False, overwrite=overwrite, shown=progress_wanted())
     except Interrupted as stop:
         if not stop.can_resume:
             raise
@@ -85,5 +87,7 @@ def evaluate(
             f"{stop} in {run}; the controller was in memory: if it has get_state() or "
             f"use_experience(), go on with `realbench intrinsic --out {run} --resume`"
         ) from stop
-    result = running.run_trials(test, resume=False, overwrite=overwrite, proxy=proxy)
+    result = run_trials(
+        test, resume=False, overwrite=overwrite, proxy=proxy, shown=progress_wanted()
+    )
     running.show_result(result, out, as_json=as_json)

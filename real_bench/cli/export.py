@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
 
 EPILOG = """\b
@@ -60,7 +61,6 @@ def export(
     without images. A Minari dataset has one episode per stretch of play and one step per action,
     with what the condition lets a controller see.
     """
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.exporting import FORMATS, Export
     from real_bench.recording import Recording
 
@@ -70,6 +70,6 @@ def export(
         chosen = Export(
             recording, out or Path(form), images is not False, image_size, name, overwrite
         )
-        with ProgressDisplay(f"exporting {file.name}", "rows", len(recording)) as display:
+        with progress_display(f"exporting {file.name}", "rows", len(recording)) as display:
             message = FORMATS[form](chosen, lambda done, total: display.update(done))
     say(message)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
 from real_bench.errors import RealBenchError
 
@@ -92,23 +93,21 @@ def figures(
 def _read(
     recordings: Sequence[Path], results: Sequence[Path], figure_options: FigureOptions
 ) -> FigureData:
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import read_figure_data
 
-    with ProgressDisplay("reading recordings", "recordings", len(recordings)) as display:
+    with progress_display("reading recordings", "recordings", len(recordings)) as display:
         return read_figure_data(recordings, results, figure_options, display.update)
 
 
 def _draw_all(data: FigureData, figure_options: FigureOptions, out: Path) -> dict[str, Any]:
     """Draw and write what can be drawn, then the summary."""
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.figures import FIGURES, facts
     from real_bench.figures.saving import remove_drawing, save_drawing, save_summary
 
     drawings = {kind.name: kind.draw(data) for kind in FIGURES}
     if not any(drawings.values()):
         raise RealBenchError("nothing to draw: no file has a whole action or a complete result")
-    with ProgressDisplay("drawing", "figures", len(FIGURES)) as display:
+    with progress_display("drawing", "figures", len(FIGURES)) as display:
         for number, (name, drawing) in enumerate(drawings.items()):
             display.update(number, name)
             if drawing is None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
 from real_bench.counting import counted
 
@@ -60,7 +61,6 @@ def film(
     replayed: a late part of a long run takes minutes. Each frame shows condition, action and step;
     a second of film is 4 seconds of robot time.
     """
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.files import check_output
     from real_bench.phases.film import check_films
     from real_bench.recording import Recording
@@ -84,7 +84,7 @@ def film(
         check_output(out, overwrite=overwrite)
         check_films()
     replay = PartReplay(file, first, last, scene)
-    with ProgressDisplay(f"replaying {file.name}", "actions", last) as display:
+    with progress_display(f"replaying {file.name}", "actions", last) as display:
 
         def report(done: int, total: int) -> None:
             display.update(last - total + done)

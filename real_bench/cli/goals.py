@@ -9,7 +9,7 @@ import click
 from click.core import ParameterSource
 
 from real_bench.cli import options
-from real_bench.cli.common import HelpfulGroup
+from real_bench.cli.common import HelpfulGroup, progress_display
 from real_bench.cli.printing import say
 from real_bench.counting import counted
 from real_bench.lengths import LARGEST
@@ -145,7 +145,6 @@ def generate(
 @scene_option
 def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene: str) -> None:
     """Check that secret goals match their commitment, and were drawn rather than chosen."""
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.errors import GoalSetError
     from real_bench.goal_sets import load_goal_set
     from real_bench.goal_sets.secret import is_reproduced, read_opening
@@ -160,7 +159,7 @@ def open_command(file: Path, opening: Path, commitment: str, redraw: bool, scene
                 f"{file} was made in scene {goal_set.scene} ({goal_set.scene_sha256[:12]}), not in "
                 f"this {loaded.name} ({loaded.sha256[:12]}): give its own with --scene"
             )
-        with ProgressDisplay("drawing goals", "goals", len(goal_set)) as display:
+        with progress_display("drawing goals", "goals", len(goal_set)) as display:
             same = is_reproduced(goal_set, opened, loaded, lambda n_done, _: display.update(n_done))
         if not same:
             raise GoalSetError(
@@ -217,14 +216,13 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
 def _generate_secret(
     scene: Scene, n_objects: int, counts: dict[str, int], out: Path, *, overwrite: bool
 ) -> None:
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.files import check_output, write_atomically
     from real_bench.goal_sets import save_goal_set
     from real_bench.goal_sets.secret import draw_secret_goals, opening_of
 
     kept = opening_of(out)
     check_output(kept, overwrite=overwrite)
-    with ProgressDisplay("drawing goals", "goals", sum(counts.values())) as display:
+    with progress_display("drawing goals", "goals", sum(counts.values())) as display:
         goal_set, opening = draw_secret_goals(
             scene, n_objects, counts, lambda n_done, _: display.update(n_done)
         )
@@ -238,10 +236,9 @@ def _generate_secret(
 def _generate_with_progress(
     scene: Scene, n_objects: int, seed: int, counts: dict[str, int]
 ) -> GoalSet:
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.goal_sets import generate_goal_set
 
-    with ProgressDisplay("drawing goals", "goals", sum(counts.values())) as display:
+    with progress_display("drawing goals", "goals", sum(counts.values())) as display:
         return generate_goal_set(
             scene, n_objects, seed, counts, lambda n_done, _: display.update(n_done)
         )

@@ -10,6 +10,7 @@ import click
 
 from real_bench import defaults
 from real_bench.cli import options, running
+from real_bench.cli.common import progress_wanted
 from real_bench.cli.describing import describe_recording, print_facts
 from real_bench.cli.printing import say
 from real_bench.lengths import INTRINSIC_STEPS
@@ -39,8 +40,10 @@ def intrinsic(out: Path, resume: bool, overwrite: bool, as_json: bool, **given: 
     the recording whatever is not given. Ctrl-C stops it after the current action; --resume
     continues a run that was stopped or killed.
     """
+    from real_bench.progress.phases import play
+
     phase = running.plan_from_options(out, resume=resume, **given)
-    running.play(phase, resume=resume, overwrite=overwrite).close()
+    play(phase, resume=resume, overwrite=overwrite, shown=progress_wanted()).close()
     facts = describe_recording(out)
     if as_json:
         say(json.dumps(facts))

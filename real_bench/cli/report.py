@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import kinds, options
+from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
 
 if TYPE_CHECKING:
@@ -76,7 +77,6 @@ def _make_report(
     *,
     released: bool,
 ) -> Report:
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.report.making import ReportFiles, make_report
 
     found = kinds.by_kind(files, kinds.EXPERIMENT, kinds.RECORDING, kinds.RESULT)
@@ -89,5 +89,5 @@ def _make_report(
         released,
         scene,
     )
-    with ProgressDisplay("picturing results", "results", len(sources.results)) as display:
+    with progress_display("picturing results", "results", len(sources.results)) as display:
         return make_report(sources, title, display.update)

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 import click
 
 from real_bench.cli import options
-from real_bench.cli.common import HelpfulGroup
+from real_bench.cli.common import HelpfulGroup, progress_wanted
 from real_bench.cli.printing import print_tables, say
-from real_bench.cli.working import with_progress
 
 if TYPE_CHECKING:
     from real_bench.competition.running import RoundRun
@@ -134,12 +133,15 @@ def run(
 def _run_round(
     round_run: RoundRun, *, retry: bool, overwrite: bool
 ) -> tuple[list[Standing], dict[str, Failure]]:
+    from real_bench.progress.jobs import run_jobs
+
     with round_run.lock_folder():
         entries = round_run.prepare()
         work = round_run.missing(entries, retry=retry, overwrite=overwrite)
         failures = {}
         if len(work):
-            failures = with_progress(work, partial(round_run.make, entries, work))
+            make = partial(round_run.make, entries, work)
+            failures = run_jobs(work, make, shown=progress_wanted())
         return round_run.settle(entries), failures
 
 

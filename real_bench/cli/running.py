@@ -1,10 +1,8 @@
-"""Run phases for a command: show progress, and keep what a controller prints off stdout."""
+"""Plan phases from a command's options, run them, and print what came out."""
 
 from __future__ import annotations
 
-import contextlib
 import json
-import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,14 +11,13 @@ import click
 
 from real_bench import defaults
 from real_bench.cli import options
+from real_bench.cli.common import progress_wanted
 from real_bench.cli.printing import print_tables, say
 from real_bench.counting import counted
 
 if TYPE_CHECKING:
-    from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.handover import Wanted
     from real_bench.phases.intrinsic import IntrinsicPhase
-    from real_bench.phases.proxy import ControllerProxy
     from real_bench.phases.trial import TrialPlan
     from real_bench.scoring.result import Result
 
@@ -45,24 +42,6 @@ def plan_from_options(
     settings = read_settings(settings_file, assignments)
     backend = isolation.backend([out, *secrets])
     return plan_play(out, resume=resume, settings=settings, backend=backend, **given)
-
-
-def play(phase: IntrinsicPhase, *, resume: bool, overwrite: bool) -> ControllerProxy:
-    """Run the phase with progress shown."""
-    from real_bench.cli.progress import ProgressDisplay
-    from real_bench.phases.intrinsic import Progress
-
-    with ProgressDisplay(f"playing {phase.controller}", "steps", phase.steps) as display:
-
-        def report(progress: Progress) -> None:
-            moved = progress.n_moved / progress.n_actions
-            rate = display.rate(progress.n_steps)
-            display.update(
-                progress.n_steps, f"{rate:,.0f} steps/s, {moved:.0%} of actions moved an object"
-            )
-
-        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
-            return phase.run(report, resume=resume, overwrite=overwrite, activity=display.activity)
 
 
 def run_test(
@@ -93,6 +72,7 @@ def run_test(
     """
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test
+    from real_bench.progress.phases import run_trials
     from real_bench.settings import read_settings
 
     default = defaults.RUN if defaults.RUN.exists() else None
@@ -111,7 +91,7 @@ def run_test(
     )
     check(plan)
     phase = ExtrinsicPhase(plan, n_trials_requested(trials, plan, allow_part=allow_part), out, jobs)
-    return run_trials(phase, resume=resume, overwrite=overwrite)
+    return run_trials(phase, resume=resume, overwrite=overwrite, shown=progress_wanted())
 
 
 def n_trials_requested(trials: int | None, plan: TrialPlan, *, allow_part: bool) -> int:
@@ -126,28 +106,6 @@ def n_trials_requested(trials: int | None, plan: TrialPlan, *, allow_part: bool)
             "add --allow-part to judge it"
         )
     return whole if trials is None else trials
-
-
-def run_trials(
-    phase: ExtrinsicPhase, *, resume: bool, overwrite: bool, proxy: ControllerProxy | None = None
-) -> Result:
-    """Run the phase with progress shown."""
-    from real_bench.cli.progress import ProgressDisplay
-
-    title = f"testing {phase.plan.controller}"
-    with ProgressDisplay(title, "goals", phase.n_trials) as display:
-
-        def report(result: Result) -> None:
-            display.update(len(result.trials), f"score {result.score:.3f}")
-
-        with contextlib.redirect_stdout(sys.stderr):  # stdout is for results
-            return phase.run(
-                report,
-                resume=resume,
-                overwrite=overwrite,
-                proxy=proxy,
-                activity=display.activity,
-            )
 
 
 def show_result(result: Result, out: Path, *, as_json: bool) -> None:

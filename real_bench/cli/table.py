@@ -12,8 +12,8 @@ import click
 from click.core import ParameterSource
 
 from real_bench.cli import options
+from real_bench.cli.common import progress_wanted
 from real_bench.cli.printing import print_tables, say
-from real_bench.cli.working import with_progress
 from real_bench.errors import ExperimentError, in_short
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def table(
     from real_bench.experiments import read_spec
     from real_bench.experiments.running import Experiment
     from real_bench.experiments.scores import rows_of
+    from real_bench.progress.jobs import run_jobs
     from real_bench.sandbox import Limits
 
     if init:
@@ -99,7 +100,8 @@ def table(
             work = experiment.missing(resume=resume, overwrite=overwrite)
             if len(work):
                 experiment.check(work)
-                failures = with_progress(work, partial(experiment.make, work))
+                make = partial(experiment.make, work)
+                failures = run_jobs(work, make, shown=progress_wanted())
     plan = experiment.plan()
     _show(experiment.spec, rows_of(experiment.spec, plan), "json" if as_json else form)
     if failures:

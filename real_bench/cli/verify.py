@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from real_bench.cli import options
+from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
 from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, RECORDING
 
 if TYPE_CHECKING:
+    from real_bench.progress.display import ProgressDisplay
     from real_bench.verification import RecordingVerdict, ResultVerdict
 
 EPILOG = """\b
@@ -150,7 +152,6 @@ def _kind(file: Path) -> str:
 
 def _verdict(file: Path, is_recording: bool, **wanted: Any) -> RecordingVerdict | ResultVerdict:
     """Verify with progress shown."""
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.verification import RecordingVerification, ResultVerification
 
     unit = "steps" if is_recording else "trials"
@@ -159,7 +160,7 @@ def _verdict(file: Path, is_recording: bool, **wanted: Any) -> RecordingVerdict 
 
         def report(done: int, total: int) -> None:
             if not displays:
-                display = ProgressDisplay(f"replaying {file.name}", unit, total)
+                display = progress_display(f"replaying {file.name}", unit, total)
                 displays.append(stack.enter_context(display))
             displays[0].update(done)
 

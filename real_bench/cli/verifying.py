@@ -8,6 +8,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from real_bench.cli.common import progress_display
 from real_bench.cli.printing import print_tables, say
 
 if TYPE_CHECKING:
@@ -23,7 +24,6 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
         ResultError: there is none.
         RealBenchError: the goals or the scene that are given cannot be read.
     """
-    from real_bench.cli.progress import ProgressDisplay
     from real_bench.competition.verified import keep_verdicts
     from real_bench.errors import ResultError
     from real_bench.goal_sets import load_goal_set
@@ -38,7 +38,7 @@ def verify_folder(folder: Path, *, as_json: bool, **wanted: Any) -> list[BundleV
     with bundles_in(folder) as bundles:
         if not bundles:
             raise ResultError(f"no result found in {folder}")
-        with ProgressDisplay("verifying", "results", len(bundles)) as display:
+        with progress_display("verifying", "results", len(bundles)) as display:
             for _, together in groupby(bundles, lambda bundle: bundle.result.parent):
                 mine: list[BundleVerdict] = []
                 for bundle in together:

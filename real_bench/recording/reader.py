@@ -18,6 +18,7 @@ from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import RecordingError
+from real_bench.file_kinds import RUN_FORMAT
 from real_bench.numeric import short
 from real_bench.recording.arrays import MOMENTS, images_of, table_of
 from real_bench.recording.columns import read_poses
@@ -25,7 +26,6 @@ from real_bench.recording.header import Header
 from real_bench.recording.images import ImageReader
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
-    FORMAT,
     LOGGED,
     POSES,
     READABLE_VERSIONS,
@@ -358,7 +358,7 @@ class Recording:
     def _checked_version(self) -> int:
         check_attributes(self._file)
         attributes = self._file.attrs
-        if attributes.get("format") != FORMAT:
+        if attributes.get("format") != RUN_FORMAT:
             raise RecordingError(f"{self.path} is not a recording of realbench")
         version = int(attributes.get("schema_version", 0))
         if version not in READABLE_VERSIONS:

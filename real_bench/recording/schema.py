@@ -44,13 +44,13 @@ import hdf5plugin
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.file_kinds import RUN_FORMAT
 from real_bench.logbook import MAX_NAME_LENGTH
 from real_bench.recording.columns import flat, pose_type
 from real_bench.recording.header import Header
 from real_bench.recording.state import ControllerState, state_bytes
 from real_bench.simulation.scene import Camera
 
-FORMAT = "realbench-run"
 SCHEMA_VERSION = 2
 READABLE_VERSIONS = (1, 2)
 
@@ -178,7 +178,7 @@ class Batch:
 
 def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -> None:
     """Lay out an empty recording."""
-    file.attrs["format"] = FORMAT
+    file.attrs["format"] = RUN_FORMAT
     file.attrs["schema_version"] = SCHEMA_VERSION
     file.attrs["n_steps"] = file.attrs["total_steps"] = 0
     file.attrs["ended"] = False

@@ -43,7 +43,7 @@ class TripletDataset(Dataset[Sample]):
             name: torch.from_numpy(_single(values)) for name, values in recording.to_numpy().items()
         }
         self._states = {moment: rows[column].copy() for moment, column in MOMENTS.items()}
-        self._path = recording.path.resolve()
+        self._open, self._path = type(recording), recording.path.resolve()
         self._has_images = recording.n_images is not None or image_size is not None
         kept = cache is not None or image_size is not None
         self._images = images_of(recording, image_size, cache) if kept else None
@@ -74,11 +74,9 @@ class TripletDataset(Dataset[Sample]):
 
     def _recording(self) -> Recording:
         """The file, open in this process."""
-        from real_bench.recording.reader import Recording
-
         process = os.getpid()
         if self._opened is None or self._opened[0] != process:
-            self._opened = process, Recording(self._path)
+            self._opened = process, self._open(self._path)
         return self._opened[1]
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.cli import progress
 from real_bench.goal_sets import save_goal_set
+from real_bench.progress import display as progress
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench, tiny_goals, write_controller
 

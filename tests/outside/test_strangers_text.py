@@ -14,7 +14,6 @@ from tabulate import LATEX_ESCAPE_RULES
 
 from real_bench.cli.inspect import print_facts
 from real_bench.cli.printing import print_tables, say
-from real_bench.cli.progress import ProgressDisplay
 from real_bench.competition.leaderboard import Leaderboard
 from real_bench.competition.leaderboard import markdown_table as leaderboard_markdown
 from real_bench.competition.leaderboard import text_table as leaderboard_text
@@ -25,6 +24,7 @@ from real_bench.errors import ControllerFailedError
 from real_bench.experiments import Spec
 from real_bench.experiments.scores import Row
 from real_bench.experiments.table import latex_table, markdown_table, text_table
+from real_bench.progress.display import ProgressDisplay
 from real_bench.report import Report, Table
 from real_bench.report.page import render
 from real_bench.scoring import verdict as verdicts

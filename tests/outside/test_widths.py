@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.cli.progress import ProgressDisplay
+from real_bench.progress.display import ProgressDisplay
 from real_bench.scoring.result import load_result
 from tests.outside.bench import command
 

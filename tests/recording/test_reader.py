@@ -11,8 +11,9 @@ import pytest
 
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
+from real_bench.file_kinds import RUN_FORMAT
 from real_bench.recording import Experience, Recording
-from real_bench.recording.schema import FORMAT, SCHEMA_VERSION
+from real_bench.recording.schema import SCHEMA_VERSION
 
 
 def refusal(path: Path) -> str:
@@ -53,7 +54,7 @@ def other_hdf5(path: Path) -> None:
 
 def only_the_name(path: Path) -> None:
     with h5py.File(path, "w") as file:
-        file.attrs.update({"format": FORMAT, "schema_version": SCHEMA_VERSION})
+        file.attrs.update({"format": RUN_FORMAT, "schema_version": SCHEMA_VERSION})
 
 
 @pytest.mark.parametrize(

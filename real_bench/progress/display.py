@@ -23,7 +23,6 @@ from rich.progress import (
 from rich.table import Column
 from rich.text import Text
 
-from real_bench.cli.common import progress_wanted
 from real_bench.quoting import printable
 
 SECONDS_BETWEEN_LINES = 30.0
@@ -54,19 +53,18 @@ class _NoteColumn(ProgressColumn):
 class ProgressDisplay:
     """The progress of a piece of work; use it as a context manager.
 
-    Shows nothing with ``--no-progress``.
-
     Args:
         title: what is being done.
         unit: what ``total`` counts.
         total: how much there is to do.
+        shown: whether to show anything.
     """
 
-    def __init__(self, title: str, unit: str, total: int) -> None:
+    def __init__(self, title: str, unit: str, total: int, *, shown: bool = True) -> None:
         self._title, self._unit, self._total = printable(title), unit, total
         self._console = Console(stderr=True, markup=False, emoji=False)
-        self._wanted = progress_wanted()
-        self._live = self._wanted and self._console.is_terminal and self._console.width >= MIN_WIDTH
+        self._shown = shown
+        self._live = self._shown and self._console.is_terminal and self._console.width >= MIN_WIDTH
         self._console.width = max(self._console.width, MIN_WIDTH)
         self._bar = Progress(
             TextColumn(
@@ -121,7 +119,7 @@ class ProgressDisplay:
     def _print_occasionally(self) -> None:
         """Print a line in a log that has had none for a while."""
         now = time.monotonic()
-        if self._wanted and not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
+        if self._shown and not self._live and now - self._last_line > SECONDS_BETWEEN_LINES:
             self._last_line = now
             self._console.print(self._line(), soft_wrap=True, highlight=False)
 
@@ -151,7 +149,7 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         self._bar.start()
-        if self._wanted and not self._live:
+        if self._shown and not self._live:
             threading.Thread(target=self._print_while_busy, daemon=True).start()
         if self._live:  # log messages go above the bar
             handlers = logging.getLogger("real_bench").handlers

@@ -1,11 +1,14 @@
-"""Run jobs with progress shown."""
+"""The jobs of an experiment or a round, run with progress shown."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
-from real_bench.cli.printing import say
+import click
+
+from real_bench.progress.display import ProgressDisplay
+from real_bench.quoting import printable
 
 if TYPE_CHECKING:
     from real_bench.experiments.plan import PendingJobs
@@ -16,14 +19,15 @@ NAMES_SHOWN = 2
 T = TypeVar("T")
 
 
-def with_progress(
-    work: PendingJobs, make: Callable[[Callable[[ExperimentProgress], None]], T]
+def run_jobs(
+    work: PendingJobs,
+    make: Callable[[Callable[[ExperimentProgress], None]], T],
+    *,
+    shown: bool = True,
 ) -> T:
     """What ``make`` returns; it is called with a function that shows the jobs' progress."""
-    from real_bench.cli.progress import ProgressDisplay
-
-    say(f"to run: {work}", err=True)
-    with ProgressDisplay("simulating", "steps", work.n_steps) as display:
+    click.echo(f"to run: {printable(str(work))}", err=True)
+    with ProgressDisplay("simulating", "steps", work.n_steps, shown=shown) as display:
 
         def update(progress: ExperimentProgress) -> None:
             now = ", ".join(progress.running[:NAMES_SHOWN])

@@ -1,0 +1,1 @@
+"""Long work shown on standard error while it goes on."""

@@ -1,0 +1,103 @@
+"""The direction of dependencies, as docs/architecture.md tells it; imports in functions count."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import real_bench
+
+ROOT = Path(real_bench.__file__).parent
+FILES = {
+    ".".join([ROOT.name, *file.relative_to(ROOT).with_suffix("").parts]).removesuffix(
+        ".__init__"
+    ): file
+    for file in ROOT.rglob("*.py")
+}
+HELPERS = {
+    *("counting", "errors", "file_kinds", "files", "lazy", "lengths", "nearest", "numeric"),
+    *("quoting", "spelling", "whole", "yaml_files"),
+}
+
+
+def imports(module: str) -> set[str]:
+    """The modules of ours that a module imports, except for type checkers alone."""
+    return set(_imports(ast.parse(FILES[module].read_text()))) - {module}
+
+
+def _imports(node: ast.AST) -> Iterator[str]:
+    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        return
+    if isinstance(node, ast.Import):
+        yield from (each.name for each in node.names if each.name in FILES)
+    if isinstance(node, ast.ImportFrom) and node.module in FILES:
+        for each in node.names:
+            submodule = f"{node.module}.{each.name}"
+            yield submodule if submodule in FILES else node.module
+    for child in ast.iter_child_nodes(node):
+        yield from _imports(child)
+
+
+GRAPH = {module: imports(module) for module in FILES}
+
+
+def part(module: str) -> str:
+    """The folder or file at the top of the package in which a module lies."""
+    return [*module.split("."), ""][1]
+
+
+def known_to(name: str) -> set[str]:
+    """The parts of the package that a part of it knows, directly or through others."""
+    found: set[str] = set()
+    left = [module for module in GRAPH if part(module) == name]
+    assert left
+    while left:
+        more = GRAPH[left.pop()] - found
+        found |= more
+        left += more
+    return {part(module) for module in found} - {name}
+
+
+def test_no_module_imports_itself_through_others() -> None:
+    assert "real_bench.simulation.scene" in GRAPH["real_bench.task"]
+    TopologicalSorter(GRAPH).prepare()  # CycleError names the modules of a circle
+
+
+def test_command_line_is_known_to_nobody() -> None:
+    knowing = {module for module in GRAPH if "cli" in map(part, GRAPH[module])}
+    assert {part(module) for module in knowing} == {"cli", "__main__"}
+
+
+def test_simulation_knows_helpers_alone() -> None:
+    assert known_to("simulation") <= HELPERS
+
+
+@pytest.mark.parametrize(
+    ("name", "others"),
+    [
+        ("controls", {"task", "recording", "phases"}),
+        ("task", {"recording", "scoring", "phases", "controller"}),
+        ("recording", {"task", "scoring", "phases", "controller"}),
+        ("scoring", {"task", "phases"}),
+        ("phases", {"sandbox", "experiments", "progress", "real_x", "real_g"}),
+        ("real_x", {"task", "phases", "scoring", "real_g"}),
+        ("real_g", {"task", "phases", "scoring"}),
+        ("experiments", {"progress", "competition", "verification", "figures", "report"}),
+        ("progress", {"experiments", "phases", "competition"}),
+    ],
+)
+def test_parts_do_not_know_what_builds_on_them(name: str, others: set[str]) -> None:
+    assert others <= {part(module) for module in GRAPH}
+    assert known_to(name).isdisjoint(others)
+
+
+def test_only_simulation_and_the_macro_use_pybullet() -> None:
+    bullet = "real_bench.simulation.bullet"
+    using = {module for module in GRAPH if bullet in GRAPH[module]}
+    assert {module for module in using if part(module) != "simulation"} == {
+        "real_bench.controls.macro"
+    }
