@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
-from real_bench.controls import CONTROLS
 from real_bench.errors import ControllerDeclinedError, Interrupted, RealBenchError
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.locks import temporary_folder
@@ -203,90 +201,3 @@ def _rounded(numbers: NDArray[np.float64]) -> str:
 
 def _level(identity: Identity) -> str:
     return "whole actions" if identity.action_level else "one call per step"
-
-
-OFFICIAL_OPTIONS = ("options.yml", "options.yaml")
-
-CONTROL_OF = {control.official_name: letter for letter, control in CONTROLS.items()}
-PERCEPTION_OF = {"R1": "O", "R2": "I"}
-
-
-@dataclass(frozen=True)
-class OfficialOptions:
-    """What a starter kit's options file says that matters here; None where it says nothing.
-
-    Attributes:
-        condition: by environment and action type.
-        objects, steps, trials: how many.
-        goals: the official goal file.
-    """
-
-    condition: str | None = None
-    objects: int | None = None
-    steps: int | None = None
-    trials: int | None = None
-    goals: str | None = None
-
-
-def official_options(folder: Path) -> OfficialOptions:
-    """What the options file in a controller's folder says; raises RealBenchError for a bad one."""
-    from real_bench.yaml_files import read_mapping
-
-    for name in OFFICIAL_OPTIONS:
-        if (folder / name).is_file():
-            values = dict(_flatten(read_mapping(folder / name, "the options file", RealBenchError)))
-            return _parse_options(values)
-    return OfficialOptions()
-
-
-def _flatten(values: Mapping[Any, Any]) -> Iterator[tuple[str, Any]]:
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield from _flatten(value)
-        else:
-            yield str(name), value
-
-
-def _parse_options(values: Mapping[str, Any]) -> OfficialOptions:
-    perception = PERCEPTION_OF.get(str(values.get("environment")))
-    control = CONTROL_OF.get(str(values.get("action_type")))
-    condition = perception + control if perception and control else None
-    return OfficialOptions(
-        condition=condition,
-        objects=_number(values.get("n_objects")),
-        steps=_number(values.get("intrinsic_timesteps")),
-        trials=_number(values.get("extrinsic_trials")),
-        goals=_text(values.get("goals_dataset_path")),
-    )
-
-
-def _number(value: Any) -> int | None:
-    try:
-        return int(float(value)) if value is not None and float(value) >= 1 else None
-    except (TypeError, ValueError, OverflowError):
-        return None
-
-
-def _text(value: Any) -> str | None:
-    return value if isinstance(value, str) else None
-
-
-def suggest_commands(
-    controller: str, identity: Identity, condition: str, options: OfficialOptions
-) -> list[list[str]]:
-    """The command lines that play and test a controller, each as its words."""
-    commands = []
-    goals: list[str] = []
-    if options.goals:
-        commands.append(["realbench", "goals", "import", options.goals, "--out", "goals.npy"])
-        goals = ["--goals", "goals.npy"]
-    objects = ["--objects", str(options.objects)] if options.objects not in (None, 1) else []
-    steps = ["--steps", str(options.steps)] if options.steps else []
-    trials = ["--trials", str(options.trials)] if options.trials not in (None, 50) else []
-    subject = ["--controller", controller, "--condition", condition, *objects]
-    if identity.hands_over_state or identity.learns_from_experience:
-        commands.append(["realbench", "intrinsic", *subject, *steps])
-        commands.append(["realbench", "extrinsic", *goals, *trials])
-    else:
-        commands.append(["realbench", "evaluate", *subject, *steps, *goals, *trials])
-    return commands
