@@ -23,6 +23,7 @@ from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
 from real_bench.task import Task
 from real_bench.whole import whole
+from real_bench.wording import speaks_python
 
 
 class OneWorldEnv(gymnasium.Env[dict[str, Any], Any]):
@@ -69,6 +70,7 @@ class RealEnv(OneWorldEnv):
 
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": round(1 / STEP_S)}  # noqa: RUF012
 
+    @speaks_python
     def __init__(
         self,
         condition: str = "OM",

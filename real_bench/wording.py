@@ -12,7 +12,10 @@ from real_bench.errors import RealBenchError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-_OPTION = re.compile(r"(?<![\w/.-])--([a-z][a-z-]*)(?: (\d[\d,]*|official|builtin|real_[a-z]+)\b)?")
+_OPTION = re.compile(
+    r"(?<=[`(])realbench [^`)]*"  # a whole command stays one
+    r"|(?<![\w/.-])--([a-z][a-z-]*)(?: (\d[\d,]*|official|builtin|real_[a-z]+)\b)?"
+)
 _ARGUMENTS = {
     "--keep-learned": 'learned="keep"',
     "--relearn": 'learned="again"',
@@ -49,6 +52,8 @@ def speaks_python(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def _argument(found: re.Match[str]) -> str:
+    if found[1] is None:
+        return found[0]
     option, value = f"--{found[1]}", found[2]
     name = found[1].replace("-", "_")
     if option in _ARGUMENTS:

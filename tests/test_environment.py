@@ -17,7 +17,7 @@ from gymnasium.utils.env_checker import check_env
 
 import real_bench
 from real_bench.conditions import CONDITION_NAMES, ConditionError
-from real_bench.errors import ActionError, RealBenchError, SceneError
+from real_bench.errors import ActionError, GoalSetError, RealBenchError, SceneError
 from real_bench.goal_sets import GoalSet, generate_goal_set, save_goal_set
 from real_bench.simulation import Scene, Simulation
 from real_bench.simulation.bullet import pybullet
@@ -145,7 +145,10 @@ def test_window_without_a_display_raises_a_clear_error(monkeypatch: pytest.Monke
         real_bench.make_env(scene="builtin", render_mode="human")
 
 
-def test_wrong_arguments_are_named() -> None:
+def test_wrong_arguments_are_named(goals: GoalSet) -> None:
+    for name in ("RealBench/REAL-OM-v0", "RealBench/REAL-OM-Action-v0"):
+        with pytest.raises(GoalSetError, match=r"use objects=2, or other goals$"):
+            gymnasium.make(name, scene="builtin", goals=goals)
     with pytest.raises(ConditionError, match="'XM': use one of OM"):
         real_bench.make_env(scene="builtin", condition="XM")
     with pytest.raises(SceneError, match="not 4"):

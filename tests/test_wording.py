@@ -28,6 +28,8 @@ from real_bench.wording import in_python
         ("leave out --no-images", "leave out images=False"),
         ("use --keep-learned or --relearn", 'use learned="keep" or learned="again"'),
         ("give its goal set with --run-steps", "give its goal set with run_steps"),
+        ("resume it (realbench intrinsic --resume)", "resume it (realbench intrinsic --resume)"),
+        ("use `realbench film --actions 1` or --run", "use `realbench film --actions 1` or run"),
     ],
 )
 def test_options_become_arguments(command: str, python: str) -> None:
