@@ -8,7 +8,7 @@ What is left out comes from the recording or the goals, or is the command's defa
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from real_bench.scoring.result import Result
     from real_bench.scoring.verdict import Verdict
 
-    Results = Result | str | Path | Sequence[Result | str | Path]
+    Results = Result | str | Path | Iterable[Result | str | Path]
 
 PathLike = str | Path
 
@@ -307,8 +307,8 @@ def compare(a: Results, b: Results) -> Comparison:
 
 @speaks_python
 def draw_figures(
-    recordings: PathLike | Recording | Sequence[PathLike | Recording] = (),
-    results: PathLike | Sequence[PathLike] = (),
+    recordings: PathLike | Recording | Iterable[PathLike | Recording] = (),
+    results: PathLike | Iterable[PathLike] = (),
 ) -> dict[str, Figure]:
     """The paper's figures for which files have the data, by name, as ``realbench figures``.
 
@@ -377,6 +377,8 @@ def _as_results(given: object) -> list[Result]:
 
 
 def _as_sequence(values: Any) -> Sequence[Any]:
+    if isinstance(values, Iterator):  # such as Path.glob
+        return list(values)
     return values if isinstance(values, Sequence) and not isinstance(values, str) else [values]
 
 
