@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 from real_bench.competition.leaderboard import (
@@ -21,7 +20,7 @@ from real_bench.competition.round_file import RoundFacts
 from real_bench.errors import GoalSetError
 from real_bench.files import OutputError, check_folder, write_atomically
 from real_bench.goal_sets import GoalSet, load_goal_set
-from real_bench.quoting import printable
+from real_bench.report.html import packaged_text, render_html
 from real_bench.report.parts import ResultEntry, read_tested
 from real_bench.simulation import load_scene
 from real_bench.version import __version__
@@ -136,25 +135,15 @@ def _tests(
 
 def _render(name: str, **values: object) -> str:
     """A page. All text is escaped."""
-    from jinja2 import Environment, StrictUndefined
-
-    here, report = files("real_bench.competition"), files("real_bench.report")
-    page = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        finalize=lambda value: printable(value) if type(value) is str else value,
-    ).from_string((here / f"{name}.html.jinja").read_text(encoding="utf-8"))
-    return page.render(
+    style = packaged_text("real_bench.report", "page.css")
+    return render_html(
+        packaged_text(__package__, f"{name}.html.jinja"),
         cells=cells,
         headings=headings,
         notes=notes,
         title=title,
         zip=zip,
-        style=(report / "page.css").read_text(encoding="utf-8")
-        + (here / "site.css").read_text(encoding="utf-8"),
-        script=(report / "page.js").read_text(encoding="utf-8"),
-        version=__version__,
+        style=style + packaged_text(__package__, "site.css"),
         **values,
     )
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 from real_bench.files import write_atomically
 from real_bench.naming import display_name
-from real_bench.quoting import printable
+from real_bench.report.html import packaged_text, render_html
 from real_bench.report.parts import RecordingEntry, ResultEntry
-from real_bench.version import __version__
 
 
 @dataclass(frozen=True)
@@ -68,19 +66,9 @@ def write_report(report: Report, path: Path) -> None:
 
 def render(report: Report) -> str:
     """The page. All text is escaped, whoever wrote it."""
-    from jinja2 import Environment, StrictUndefined
-
-    here = files("real_bench.report")
-    page = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        finalize=lambda value: printable(value) if type(value) is str else value,
-    ).from_string((here / "page.html.jinja").read_text(encoding="utf-8"))
-    return page.render(
+    return render_html(
+        packaged_text(__package__, "page.html.jinja"),
         report=report,
         display_name=display_name,
-        style=(here / "page.css").read_text(encoding="utf-8"),
-        script=(here / "page.js").read_text(encoding="utf-8"),
-        version=__version__,
+        style=packaged_text(__package__, "page.css"),
     )
