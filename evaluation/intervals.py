@@ -2,7 +2,7 @@
 
 python evaluation/intervals.py
 
-A simulated test is on one goal set, or on four as in the README's table. Each goal has a mean of
+A simulated test is on one goal set, or on four (results.md has two). Each goal has a mean of
 its own, drawn anew for each test, and so has each play, whose mean is multiplied by a log-normal
 number of the given spread; a trial's score is drawn around the product of both. Means and spreads
 by class are those of our results (REAL-D in OM; REAL-R in IM), and so is what the last table

@@ -31,7 +31,7 @@ OVER = interval_heading(OVER_PLAYS_AND_GOALS)
 KEYS, MEAN = ("controller", "condition", "objects"), "mean ± s.e."
 LEGEND = {
     MEAN: "s.e.: standard error over repeats",
-    OVER: f"{OVER}: where the mean would be if everything were done again; needs {MIN_PLAYS} plays",
+    OVER: f"{OVER}: of the mean of many plays on many such goals; needs {MIN_PLAYS} plays",
     "IQM": "IQM: interquartile mean",
 }
 """Explanations of columns."""
