@@ -22,7 +22,7 @@ count a metre of difference in length, a radian in direction, one in the feature
 lies. Where it is counts as the form of the action says.
 """
 
-MOVED_M = 0.001
+PUSHED_M = 0.001
 """An object that moved less was not pushed."""
 
 
@@ -98,7 +98,7 @@ class KnownActions:
     @cached_property
     def _is_pushed(self) -> NDArray[np.bool_]:
         """Whether the object was moved in the direction of the action."""
-        has_moved = np.linalg.norm(self._displacements, axis=1) > MOVED_M
+        has_moved = np.linalg.norm(self._displacements, axis=1) > PUSHED_M
         return np.asarray(has_moved & (self._flat[:, 0] > 0))
 
     @cached_property

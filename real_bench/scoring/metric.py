@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DECAY = math.log(4) / 0.10
 """The constant c of the paper: 10 cm away from its goal an object still scores 0.25."""
 
-NEAR_M = 0.03
+REACHED_M = 0.03
 """An object this close to its goal has reached it."""
 
 
@@ -101,7 +101,7 @@ METRICS: dict[str, Metric] = {
     ),
     "success": Metric(
         "within 3 cm",
-        lambda trial: max(trial.distances) <= NEAR_M,
+        lambda trial: max(trial.distances) <= REACHED_M,
         form=".0%",
         highest=lambda _: 1,
         narrow=False,
