@@ -3,7 +3,7 @@
 The job comes as one line of JSON on standard input, which then stays open: when it closes, the
 parent is gone, and this process ends. Lines of JSON on standard output report the progress
 (``done``, in steps, and what its controller is ``busy`` with) and the end (``finished`` or
-``failed``).
+``failed``, with the class of the error).
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
+from real_bench.blame import blame
 from real_bench.errors import Interrupted, RealBenchError
 from real_bench.experiments.jobs import job_from_json
 from real_bench.parent import exit_after
+from real_bench.quoting import quoted
 
 SECONDS_BETWEEN_REPORTS = 0.2
 ACTIVITY_DELAY_S = 1.0
@@ -82,8 +84,10 @@ def main() -> None:
     threading.Thread(target=channel.report_while_busy, daemon=True).start()
     try:
         job.do(channel.report, channel.activity)
-    except (RealBenchError, Interrupted) as error:
+    except (Exception, Interrupted) as error:
         traceback.print_exc()  # into the job's log
-        channel.send(failed=str(error), kind=type(error).__name__)
+        foreseen = isinstance(error, RealBenchError | Interrupted)
+        told = str(error) if foreseen else quoted(blame(error), 1000)
+        channel.send(failed=told, kind=type(error).__name__)
     else:
         channel.send(finished=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -92,7 +93,7 @@ def _identity(
             "hands_over_state": bool(hands_over_state),
             "takes_state": bool(takes_state),
             "settings": dict(settings),
-        }:
+        } if _survives_json(settings):
             return Identity(
                 class_name=printable(name[:200]),
                 file=printable(file[:1000]),
@@ -106,3 +107,11 @@ def _identity(
                 settings=settings,
             )
     raise client.fault("its process did not describe the controller", BrokenRuleError)
+
+
+def _survives_json(values: dict[Any, Any]) -> bool:
+    """Whether files keep values as they are; a child sends arrays, too."""
+    try:
+        return bool(json.loads(json.dumps(values, allow_nan=False)) == values)
+    except (TypeError, ValueError):
+        return False

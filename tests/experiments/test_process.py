@@ -61,6 +61,15 @@ def test_failing_controller_is_reported(write_spec: WriteSpec, tmp_path: Path) -
         Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
 
 
+def test_error_that_nobody_foresaw_is_no_lost_worker(write_spec: WriteSpec, tmp_path: Path) -> None:
+    spoils = "from real_bench.recording import Recorder\nRecorder.add_state = lambda *_: 1 / 0"
+    write_controller(tmp_path / "spoils.py", "pass", before=spoils)
+    job = a_play(write_spec, "spoils.py")
+    with pytest.raises(JobFailedError, match=r"spoils\.py, line 2: ZeroDiv") as caught:
+        Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
+    assert caught.value.kind == "ZeroDivisionError"
+
+
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(3)"])
 def test_process_that_dies_raises_worker_lost(
     write_spec: WriteSpec, tmp_path: Path, end: str

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from real_bench.controls import MacroControl
-from real_bench.errors import ControllerError
+from real_bench.errors import BrokenRuleError, ControllerError
 from real_bench.observation import Observation
 from real_bench.phases.proxy import Identity
+from real_bench.sandbox.backend import _identity
 from real_bench.sandbox.messages import HEAD, decode, encode
 from real_bench.sandbox.proxy import SandboxProxy
 from real_bench.sandbox.rpc_client import RpcClient
+from real_bench.source import ControllerSource
 
 pytestmark = pytest.mark.attacks
 
@@ -48,6 +51,9 @@ class Forger:
 
     def ask(self, *question: Any, **options: Any) -> Any:
         return self.answer
+
+    def fault(self, what: str, kind: type[ControllerError]) -> ControllerError:
+        return kind(f"controller forged: {what}")
 
 
 def toy(answer: Any) -> SandboxProxy:
@@ -118,6 +124,14 @@ EXPLANATIONS = {
 }
 
 
+SETTINGS = {
+    "no dict": [],
+    "an array": {"a": np.zeros(3)},
+    "not a number": {"a": [float("nan")]},
+    "a name of bytes": {b"a": 1},
+}
+
+
 @pytest.mark.parametrize("name", ACTIONS)
 def test_a_forged_action(name: str) -> None:
     with pytest.raises(ControllerError, match=r"controller forged: next_action\(\) returned a bad"):
@@ -144,8 +158,22 @@ def test_a_forged_explanation(name: str) -> None:
         toy(EXPLANATIONS[name]).explain()
 
 
+def identity_with(settings: Any) -> Identity:
+    answer = {**asdict(IDENTITY), "settings": settings}
+    del answer["code_sha256"]
+    client = cast(RpcClient, Forger(answer))
+    return _identity(client, ControllerSource.of("real_r"), {})
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_forged_settings(name: str) -> None:
+    with pytest.raises(BrokenRuleError, match="controller forged: its process did not describe"):
+        identity_with(SETTINGS[name])
+
+
 def test_honest_answers_pass() -> None:
     """... so the forged ones are not refused for something else."""
+    assert identity_with({"a": {"b": [1, 0.5, None]}}).settings == {"a": {"b": [1, 0.5, None]}}
     action = toy([MACRO, ONE, NO]).next_action(SEEN)
     assert action.duration == 1000
     command, render = toy([np.ones(4), True]).step(SEEN)
