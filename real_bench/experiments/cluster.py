@@ -11,7 +11,7 @@ from typing import Any
 
 from real_bench.errors import ExperimentError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps, job_from_json
-from real_bench.experiments.process import Processes, WorkerLostError
+from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
 from real_bench.files import write_atomically
 from real_bench.locks import temporary_folder
 
@@ -83,22 +83,39 @@ class Cluster:
         If its worker dies another one does the job; the scheduler gives up after several.
 
         Raises:
-            JobFailedError: it cannot be done, and why.
+            JobFailedError: it cannot be done, or its worker cannot do jobs, and why.
             WorkerLostError: too many workers died from it.
         """
-        from distributed import KilledWorker
-
         self._reports[job.name] = report
-        contents = {field: path.read_bytes() for field, path in job.inputs.items()}
-        future = self._client.submit(
-            _on_worker, job.model_dump_json(), contents, self._topic, pure=False
-        )
         try:
-            write_atomically(job.out, future.result())
-        except (KilledWorker, CancelledError) as error:
-            raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
+            content = self._done_by_worker(job)
         finally:
             del self._reports[job.name]
+        write_atomically(job.out, content)
+
+    def _done_by_worker(self, job: Job) -> bytes:
+        """The content of a job's file."""
+        from distributed import KilledWorker
+
+        future = self._submit(job)
+        try:
+            content: bytes = future.result()
+        except (JobFailedError, WorkerLostError):
+            raise
+        except (KilledWorker, CancelledError) as error:
+            raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
+        except Exception as error:  # no room, another realbench or none: only this job's affair
+            kind = type(error).__name__
+            text = f"{job.name}: its worker cannot do it ({kind}: {error})"
+            raise JobFailedError(text, kind) from error
+        return content
+
+    def _submit(self, job: Job) -> Any:
+        """Send a job with its files, which are not kept here while it is done."""
+        contents = {field: path.read_bytes() for field, path in job.inputs.items()}
+        return self._client.submit(
+            _on_worker, job.model_dump_json(), contents, self._topic, pure=False
+        )
 
     def stop(self) -> None:
         """Cancel what is not done yet, and leave."""

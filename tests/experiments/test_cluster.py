@@ -36,11 +36,12 @@ class DaskCluster:
         self.address = self._told(log, r"Scheduler at:\s+(tcp://\S+)")
         self.workers: list[subprocess.Popen[bytes]] = []
 
-    def add_workers(self, n: int) -> None:
+    def add_workers(self, n: int, **environment: str) -> None:
         logs = [self._folder / f"worker-{number}.log" for number in range(n)]
         options = ["--nthreads", "1", "--no-nanny", "--local-directory", str(self._folder)]
         for log in logs:
-            self.workers.append(self._start(["worker", self.address, *options], log))
+            command = ["worker", self.address, *options]
+            self.workers.append(self._start(command, log, **environment))
         for log in logs:
             self._told(log, r"Registered to:\s+(\S+)")
 
@@ -48,11 +49,15 @@ class DaskCluster:
         """Those that do a job now, in a process of its own."""
         return [worker for worker in self.workers if _children(worker.pid)]
 
-    def _start(self, arguments: list[str], log: Path) -> subprocess.Popen[bytes]:
+    def _start(
+        self, arguments: list[str], log: Path, **environment: str
+    ) -> subprocess.Popen[bytes]:
         dask = Path(sys.executable).with_name("dask")
         command = [str(dask), *arguments, "--dashboard-address", "127.0.0.1:0"]
         with log.open("wb") as file:
-            process = subprocess.Popen(command, stdout=file, stderr=file)
+            process = subprocess.Popen(
+                command, stdout=file, stderr=file, env={**os.environ, **environment}
+            )
         self._stack.callback(process.wait)
         self._stack.callback(process.kill)
         return process
@@ -137,6 +142,19 @@ def _children(pid: int) -> list[int]:
     """The processes in which a worker does its jobs."""
     listed = Path(f"/proc/{pid}/task").glob("*/children")
     return [int(child) for file in listed for child in file.read_text().split()]
+
+
+def test_worker_that_cannot_do_jobs_ends_no_other_job(
+    cluster: DaskCluster, drawn: Spec, tmp_path: Path
+) -> None:
+    """It has no room for temporary files."""
+    no_room = f"import tempfile\ntempfile.tempdir = {str(tmp_path / 'nowhere')!r}"
+    (tmp_path / "sitecustomize.py").write_text(no_room)
+    cluster.add_workers(1, PYTHONPATH=str(tmp_path))
+    work = ExperimentPlan(drawn).pending()
+    failures = JobScheduler(clusters.Cluster(cluster.address), 2).do(work, lambda progress: None)
+    assert set(failures) == {job.name for job in (*work.plays, *work.scorings)}
+    assert failures[work.plays[0].name].kind == "OutputError"
 
 
 def test_cluster_without_workers_is_given_up_with_an_error(
