@@ -66,6 +66,10 @@ class OutOfMemoryError(ControllerFailedError):
     """A controller that took more memory than it may."""
 
 
+class ControllerStoppedError(ControllerFailedError):
+    """A controller whose process ended by a signal that asks to stop; anybody may have sent it."""
+
+
 class BrokenRuleError(ControllerFailedError):
     """A controller that did something forbidden."""
 

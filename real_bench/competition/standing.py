@@ -18,6 +18,7 @@ REFUSED: Status = "refused"
 STATUS_OF: dict[str, Status] = {
     "ControllerFailedError": "crashed",
     "ControllerDeclinedError": "crashed",
+    "ControllerStoppedError": "crashed",
     "StateError": "crashed",
     "PhysicsError": "crashed",
     "OutOfTimeError": "out of time",

@@ -9,7 +9,12 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from real_bench.errors import ExperimentError, RealBenchError
+from real_bench.errors import (
+    ControllerStoppedError,
+    ExperimentError,
+    Interrupted,
+    RealBenchError,
+)
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps
 from real_bench.signal_names import signal_name
 
@@ -33,8 +38,15 @@ class JobFailedError(RealBenchError):
         return str(self.args[0])
 
 
+class JobStoppedError(JobFailedError):
+    """A job's controller was stopped, perhaps by whoever stops its worker: it may be tried again.
+
+    It must not be tried forever, since a controller can stop itself.
+    """
+
+
 class WorkerLostError(RealBenchError):
-    """The worker of a job died; another one may do it."""
+    """The worker of a job died, or was stopped; another one may do it."""
 
 
 class Processes:
@@ -54,7 +66,7 @@ class Processes:
 
         Raises:
             JobFailedError: it cannot be done, and why.
-            WorkerLostError: its process died.
+            WorkerLostError: its process died, or was stopped.
         """
         if self._stopped:
             raise WorkerLostError(f"{job.name} was not started")
@@ -68,7 +80,7 @@ class Processes:
                 self._running.discard(process)
                 process.kill()
         if "failed" in ended:
-            raise JobFailedError(f"{job.name}: {ended['failed']}", str(ended.get("kind", "")))
+            raise _failure(f"{job.name}: {ended['failed']}", ended["kind"])
         if "finished" not in ended:
             raise WorkerLostError(f"{job.name}: its process died ({_cause(process.returncode)})")
 
@@ -123,6 +135,14 @@ class Processes:
             return (self._logs / f"{job.name}.log").open("ab")
         except OSError as error:
             raise ExperimentError(f"cannot write into {self._logs}: {error.strerror}") from error
+
+
+def _failure(detail: str, kind: str) -> JobFailedError | WorkerLostError:
+    if kind == Interrupted.__name__:
+        return WorkerLostError(detail)
+    if kind == ControllerStoppedError.__name__:
+        return JobStoppedError(detail, kind)
+    return JobFailedError(detail, kind)
 
 
 def _cause(code: int) -> str:

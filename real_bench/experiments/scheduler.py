@@ -14,7 +14,12 @@ from typing import Protocol
 from real_bench.errors import Interrupted
 from real_bench.experiments.jobs import Job, OnSteps
 from real_bench.experiments.plan import PendingJobs
-from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
+from real_bench.experiments.process import (
+    JobFailedError,
+    JobStoppedError,
+    Processes,
+    WorkerLostError,
+)
 
 ATTEMPTS = 3
 SECONDS_BETWEEN_UPDATES = 0.5
@@ -135,7 +140,7 @@ class JobScheduler:
         for attempt in range(1, ATTEMPTS + 1):
             try:
                 return self._workplace.do(job, report)
-            except WorkerLostError:
+            except (JobStoppedError, WorkerLostError):
                 if attempt == ATTEMPTS:
                     raise
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from real_bench.errors import Interrupted
+from real_bench.errors import ControllerStoppedError, Interrupted
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SECONDS_BETWEEN_SIGNALS = 0.5
+"""At most, where all processes of a job are asked to stop."""
 
 
 class StopRequest:
@@ -27,7 +30,8 @@ def stop_requests() -> Iterator[StopRequest]:
     Outside the main thread signals cannot be handled, and no request is ever made.
 
     Raises:
-        Interrupted: a request was made and not heeded, since the work was done before.
+        Interrupted: a request was made and not heeded, since the work was done before, or since an
+            isolated controller was stopped, too.
     """
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
@@ -42,6 +46,11 @@ def stop_requests() -> Iterator[StopRequest]:
     before = {number: signal.signal(number, on_signal) for number in STOP_SIGNALS}
     try:
         yield request
+    except ControllerStoppedError as error:
+        time.sleep(SECONDS_BETWEEN_SIGNALS)
+        if not request.requested:
+            raise
+        raise Interrupted(f"stopped; what was finished is kept ({error})") from error
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

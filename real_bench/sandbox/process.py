@@ -16,6 +16,7 @@ from real_bench.errors import (
     BrokenRuleError,
     ControllerError,
     ControllerFailedError,
+    ControllerStoppedError,
     OutOfMemoryError,
     RealBenchError,
 )
@@ -38,6 +39,8 @@ KEPT_VARIABLES = (
     "MKL_NUM_THREADS",
 )
 TIMEOUT_S = 5.0
+ASKING_TO_STOP = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+"""Whoever ends a job's processes sends one of these to all of them."""
 
 
 class Process:
@@ -84,6 +87,8 @@ class Process:
         reason = f"its process ended {how}" + (
             f" (its last output: {last_output})" if last_output else ""
         )
+        if -code in ASKING_TO_STOP or (self._support.bubblewrap and code - 128 in ASKING_TO_STOP):
+            return ControllerStoppedError, reason
         return (
             OutOfMemoryError if is_out_of_memory(last_output) else ControllerFailedError
         ), reason

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import threading
 import time
 from pathlib import Path
@@ -12,7 +13,12 @@ import pytest
 from real_bench.experiments import read_spec
 from real_bench.experiments.jobs import PlayJob, job_from_json
 from real_bench.experiments.plan import ExperimentPlan
-from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
+from real_bench.experiments.process import (
+    JobFailedError,
+    JobStoppedError,
+    Processes,
+    WorkerLostError,
+)
 from real_bench.recording import Recording
 from tests.cli.shell import write_controller
 from tests.experiments.conftest import WriteSpec
@@ -80,6 +86,32 @@ def test_process_that_dies_raises_worker_lost(
     job = a_play(write_spec, "dies.py")
     with pytest.raises(WorkerLostError, match=told):
         Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
+
+
+def test_process_that_is_asked_to_stop_counts_as_lost(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    processes = Processes(tmp_path / "logs")
+    asked: list[subprocess.Popen[str]] = []
+
+    def stop(done: int, busy: str = "") -> None:
+        if not asked:
+            asked.extend(processes._running)
+            asked[0].terminate()
+
+    with pytest.raises(WorkerLostError, match="stopped at step"):
+        processes.do(a_play(write_spec, steps=100_000_000), stop)
+
+
+def test_controller_that_is_asked_to_stop_may_be_tried_again(
+    write_spec: WriteSpec, tmp_path: Path
+) -> None:
+    stops = "def next_action(self, observation): os.kill(os.getpid(), 15)"
+    write_controller(tmp_path / "stops.py", stops, before="import os")
+    job = a_play(write_spec, "stops.py").model_copy(update={"isolate": True})
+    with pytest.raises(JobStoppedError, match="killed by SIGTERM in next_action") as caught:
+        Processes(tmp_path / "logs").do(job, lambda done, busy="": None)
+    assert caught.value.kind == "ControllerStoppedError"
 
 
 def test_stop_ends_the_running_job(write_spec: WriteSpec, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from real_bench.experiments import Spec
 from real_bench.experiments.jobs import Job, OnSteps
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
-from real_bench.experiments.process import JobFailedError, WorkerLostError
+from real_bench.experiments.process import JobFailedError, JobStoppedError, WorkerLostError
 from real_bench.experiments.scheduler import ATTEMPTS, ExperimentProgress, Failure, JobScheduler
 
 
@@ -74,12 +74,16 @@ def test_job_whose_worker_dies_is_retried(work: PendingJobs) -> None:
     assert len(place.done) == len(work)
 
 
-def test_job_that_kills_every_worker_is_given_up(work: PendingJobs) -> None:
+@pytest.mark.parametrize(("error", "kind"), [(lost(), ""), (JobStoppedError("gone", "K"), "K")])
+def test_job_that_ends_every_worker_is_given_up(
+    work: PendingJobs, error: Exception, kind: str
+) -> None:
     name = work.scorings[0].name
-    place = Rehearsal({name: [lost()] * ATTEMPTS})
+    place = Rehearsal({name: [error] * ATTEMPTS})
     assert JobScheduler(place, 2).do(work, lambda progress: None) == {
-        name: Failure("gone", seconds=ANY)
+        name: Failure("gone", kind, seconds=ANY)
     }
+    assert place.calls[name] == ATTEMPTS
     assert len(place.done) == len(work) - 1
 
 
