@@ -9,22 +9,33 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import re
 import subprocess
 import sys
 import sysconfig
+import zipfile
 from importlib.metadata import distributions
 from pathlib import Path
 
 from real_bench.errors import RealBenchError, SubmissionError
 from real_bench.files import check_folder, file_sha256
 from real_bench.locks import write_lock
+from real_bench.submissions.blame import OUR_TROUBLE, as_submission_error
 from real_bench.submissions.manifest import WHEELS, Submission
 
 SECONDS_TO_INSTALL = 1800
 DONE = "installed.json"
 
-UNREACHABLE = ("connection broken by", "Could not fetch URL")
-"""What pip says, among else, if it gets no answer; then nobody knows whether a package exists."""
+MAX_UNPACKED_BYTES = 16 * 2**30
+"""Of a submission's own wheels."""
+
+UNREACHABLE = ("WARNING: Retrying", "Could not fetch URL")
+"""How lines of pip begin if it gets no answer; then nobody knows whether a package exists."""
+
+_SYSTEM_ERROR = re.compile(
+    r"(?:ERROR: Could not install packages due to an OSError|Error): \[Errno (\d+)\]"
+)
+"""How pip and venv begin a line about what the system refused."""
 
 log = logging.getLogger(__name__)
 
@@ -38,8 +49,8 @@ def packages_of(submission: Submission) -> Path | None:
 
     Raises:
         SubmissionError: they cannot be installed.
-        UnreachableError: the package index does not answer.
-        RealBenchError: they cannot be stored.
+        UnreachableError: the package index does not answer, or there is no room for them.
+        RealBenchError: there is no folder for them.
     """
     if not submission.requirements:
         return None
@@ -53,7 +64,10 @@ def packages_of(submission: Submission) -> Path | None:
     with write_lock(place / DONE, wait_while=f"installs {wanted}"):
         if not (place / DONE).exists():
             log.info("installing %s for %s", wanted, submission.name)
-            _install(submission, ours, place)
+            try:
+                _install(submission, ours, place)
+            except OSError as error:
+                raise _not_now(submission, str(error)) from error
     return packages
 
 
@@ -83,6 +97,7 @@ def _our_versions() -> dict[str, str]:
 
 def _install(submission: Submission, ours: dict[str, str], place: Path) -> None:
     """Let pip install them into an environment that sees our packages but cannot change them."""
+    _check_unpacked_size(submission)
     paths = _paths(place)
     _run([sys.executable, "-m", "venv", "--without-pip", "--clear", paths["data"]], submission)
     site = Path(paths["purelib"])
@@ -102,6 +117,16 @@ def _install(submission: Submission, ours: dict[str, str], place: Path) -> None:
         submission,
     )
     (place / DONE).write_text(json.dumps(submission.requirements))
+
+
+def _check_unpacked_size(submission: Submission) -> None:
+    n_bytes = 0
+    for wheel in submission.wheels:
+        with as_submission_error(f"{wheel.name} cannot be read"), zipfile.ZipFile(wheel) as archive:
+            n_bytes += sum(entry.file_size for entry in archive.infolist())
+    if n_bytes > MAX_UNPACKED_BYTES:
+        limit = f"{MAX_UNPACKED_BYTES >> 20:,} MiB"
+        raise _install_error(submission, f"its wheels unpack to more than {limit}")
 
 
 def _paths(place: Path) -> dict[str, str]:
@@ -127,23 +152,37 @@ def _run(command: list[str], submission: Submission) -> None:
             stdin=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired as error:
-        raise _install_error(submission, f"it took more than {SECONDS_TO_INSTALL:,} s") from error
-    output = f"{done.stdout}\n{done.stderr}"
-    if done.returncode and any(sign in output for sign in UNREACHABLE):
-        raise UnreachableError(
-            f"{submission.name}: the package index cannot be reached, so its requirements are not "
-            f"installed: try again later ({_failure_reason(output)})"
-        )
+        took = f"it took more than {SECONDS_TO_INSTALL:,} s"
+        blamed = _install_error if submission.wheels else _not_now  # own wheels wait for nobody
+        raise blamed(submission, took) from error
     if done.returncode:
-        raise _install_error(submission, _failure_reason(output))
+        output = f"{done.stdout}\n{done.stderr}"
+        raise _error(submission, [line.strip() for line in output.splitlines() if line.strip()])
 
 
-def _failure_reason(pip_output: str) -> str:
+def _error(submission: Submission, lines: list[str]) -> RealBenchError:
+    """Whose fault it is by what pip says, whose every line may quote what wheels say."""
+    why = _failure_reason(lines)
+    refused = {int(found[1]) for line in lines if (found := _SYSTEM_ERROR.match(line))}
+    if refused & OUR_TROUBLE:
+        return _not_now(submission, why)
+    if not submission.wheels and any(line.startswith(UNREACHABLE) for line in lines):
+        return _not_now(submission, f"the package index cannot be reached: {why}")
+    return _install_error(submission, why)
+
+
+def _failure_reason(lines: list[str]) -> str:
     """What pip says of its failure, in a line."""
-    lines = [line.strip() for line in pip_output.splitlines() if line.strip()]
     conflict = [line for line in lines if " depends on " in line or "The user requested" in line]
     errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
     return "; ".join(conflict or errors[:1] or lines[-1:] or ["pip says nothing"])
+
+
+def _not_now(submission: Submission, why: str) -> UnreachableError:
+    return UnreachableError(
+        f"{submission.name}: its requirements are not installed, through no fault of its own: try "
+        f"again later ({why})"
+    )
 
 
 def _install_error(submission: Submission, why: str) -> SubmissionError:

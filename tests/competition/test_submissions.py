@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import logging
 import stat
+import sys
 import tempfile
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
@@ -15,13 +16,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from junitparser import Failure, JUnitXml
 
-from real_bench.errors import ControllerError, SubmissionError
+from real_bench.errors import ControllerError, RealBenchError, SubmissionError
 from real_bench.recording import Recording
 from real_bench.scoring.result import load_result
 from real_bench.source import ControllerSource
-from real_bench.submissions import read_submission
+from real_bench.submissions import read_submission, requirements
 from real_bench.submissions.packing import pack, unpack
-from real_bench.submissions.requirements import packages_of
+from real_bench.submissions.requirements import UnreachableError, packages_of
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, HANGING, derived, submission
 from tests.competition.wheels import NAME, wheel
@@ -243,7 +244,10 @@ def test_requirements_are_installed_from_its_own_wheels(
 
 @pytest.mark.parametrize(
     ("requires", "told"),
-    [("numpy<1.0", "numpy"), ("a-package-that-nobody-has", "a-package-that-nobody-has")],
+    [
+        ("numpy<1.0", "numpy"),
+        ('nobody-has-it; platform_version != "connection broken by"', "nobody-has-it"),
+    ],
 )
 def test_requirements_that_cannot_be_installed_are_refused(
     place: Path, requires: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -255,6 +259,44 @@ def test_requirements_that_cannot_be_installed_are_refused(
     done = realbench(place, "submission", "check", "mine", code=3)
     assert "cannot be installed: " in done.stdout
     assert told in done.stdout.partition("cannot be installed: ")[2]
+
+
+NO_ROOM = "Could not install packages due to an OSError: [Errno 28] No space left on device"
+
+
+@pytest.mark.parametrize(
+    ("says", "own", "others"),
+    [
+        (f"print('ERROR: {NO_ROOM}')", UnreachableError, UnreachableError),
+        (f"print('ERROR: No match for x; {NO_ROOM}')", SubmissionError, SubmissionError),
+        ("print('  WARNING: Retrying (...)')", SubmissionError, UnreachableError),
+        ("print('ERROR: no x; WARNING: Retrying')", SubmissionError, SubmissionError),
+        ("import time; time.sleep(60)", SubmissionError, UnreachableError),
+    ],
+)
+def test_reason_of_pip_tells_whose_fault_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, says: str, own: type, others: type
+) -> None:
+    """A package index that does not answer is nobody's fault, except where none is asked."""
+    monkeypatch.setattr(requirements, "SECONDS_TO_INSTALL", 1 if "sleep" in says else 60)
+    command = [sys.executable, "-S", "-c", f"{says}; raise SystemExit(1)"]
+    folder = submission(tmp_path / "mine", GOOD, requirements=[NAME])
+    for expected in (others, own):
+        with pytest.raises(RealBenchError) as caught:
+            requirements._run(command, read_submission(folder))
+        assert caught.type is expected
+        wheel(folder / "wheels")
+
+
+def test_wheels_that_would_fill_the_disk_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(requirements, "MAX_UNPACKED_BYTES", 2**20)
+    folder = submission(tmp_path / "mine", GOOD, requirements=[NAME])
+    wheel(folder / "wheels", code="#" * 2**21)
+    with pytest.raises(SubmissionError, match="unpack to more than 1 MiB"):
+        packages_of(read_submission(folder))
 
 
 def test_exit_codes_tell_whose_fault_it_is(place: Path) -> None:
