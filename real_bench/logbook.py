@@ -10,6 +10,9 @@ MAX_NAME_LENGTH = 64
 MAX_ENTRIES = 10_000
 """The most entries kept per action; if there are more, the last are kept."""
 
+MAX_ENTRIES_OF_STRANGERS = 100_000_000
+"""The most that an isolated controller may log in one play: a few at each step, and some GB."""
+
 Entry = tuple[str, float]
 """Name and value."""
 

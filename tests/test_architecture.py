@@ -83,7 +83,12 @@ def test_simulation_knows_helpers_alone() -> None:
         ("task", {"recording", "scoring", "phases", "controller"}),
         ("recording", {"task", "scoring", "phases", "controller"}),
         ("scoring", {"task", "phases"}),
-        ("phases", {"sandbox", "experiments", "progress", "real_x", "real_g"}),
+        ("phases", {"sandbox", "experiments", "competition", "progress", "real_x", "real_g"}),
+        (
+            "sandbox",
+            {"scoring", "experiments", "competition", "verification", "progress", "report"},
+        ),
+        ("submissions", {"task", "phases", "sandbox", "experiments", "competition"}),
         ("real_x", {"task", "phases", "scoring", "real_g"}),
         ("real_g", {"task", "phases", "scoring"}),
         ("experiments", {"progress", "competition", "verification", "figures", "report"}),

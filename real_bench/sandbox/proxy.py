@@ -12,7 +12,7 @@ from real_bench.actions import Action, Command, check_action, check_command
 from real_bench.controls import Control
 from real_bench.errors import ActionError, BrokenRuleError
 from real_bench.explanation import Explanation
-from real_bench.logbook import MAX_ENTRIES, Entry, checked_entry
+from real_bench.logbook import MAX_ENTRIES, MAX_ENTRIES_OF_STRANGERS, Entry, checked_entry
 from real_bench.observation import Observation
 from real_bench.phases.proxy import Identity, fault
 from real_bench.recording import ControllerState, Experience
@@ -47,6 +47,7 @@ class SandboxProxy:
         self.spec, self.identity = spec, identity
         self.client = client
         self._control, self._number = control, number
+        self._n_logged = 0
 
     def seed(self, seed: int) -> None:
         """Seed it and the global generators that it may draw from."""
@@ -100,6 +101,9 @@ class SandboxProxy:
         answer = self._ask("take_logged", size=LOGGED)
         if not (isinstance(answer, list) and len(answer) <= MAX_ENTRIES):
             raise fault(self, "its process did not say what was logged")
+        self._n_logged += len(answer)
+        if self._n_logged > MAX_ENTRIES_OF_STRANGERS:
+            raise fault(self, f"it logged more than {MAX_ENTRIES_OF_STRANGERS:,} numbers")
         return [self._entry(one) for one in answer]
 
     def get_state(self) -> ControllerState:

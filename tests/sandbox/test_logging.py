@@ -59,3 +59,15 @@ def test_process_that_lies_about_its_log_is_refused(answer: Any) -> None:
     proxy = SandboxProxy("mine.py", None, None, Liar(answer))  # type: ignore[arg-type]
     with pytest.raises(ControllerError, match=r"mine\.py: it"):
         proxy.take_logged()
+
+
+@pytest.mark.attacks
+def test_isolated_controller_that_logs_on_and_on_is_stopped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("real_bench.sandbox.proxy.MAX_ENTRIES_OF_STRANGERS", 20_000)
+    answer = [["x", 1.0]] * 10_000
+    proxy = SandboxProxy("mine.py", None, None, Liar(answer))  # type: ignore[arg-type]
+    assert len(proxy.take_logged() + proxy.take_logged()) == 20_000
+    with pytest.raises(ControllerError, match="it logged more than 20,000 numbers"):
+        proxy.take_logged()
