@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from real_bench.counting import counted
 from real_bench.errors import Interrupted, ResultError
 from real_bench.file_kinds import RESULT
 from real_bench.files import check_output, file_sha256
@@ -22,7 +23,9 @@ from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
 from real_bench.quoting import quoted
 from real_bench.recording import Recording, run_versions
+from real_bench.scoring.commands import largest_length
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
+from real_bench.scoring.result_file import MAX_FILE_BYTES
 from real_bench.source import recorded_name
 from real_bench.whole import keep_whole
 
@@ -91,6 +94,7 @@ class ExtrinsicPhase:
             remedy = "--overwrite" if proxy else "--resume or --overwrite"
             check_output(self.out, overwrite=overwrite or resume, remedy=remedy)
             identity = self._identity() if proxy is None else proxy.identity
+            self._warn_of_size(identity)
             given = self.plan.handover(identity) if proxy is None else NOTHING
             result = self._initial_result(identity, given.learned, resume)
             for trial, seconds in self._trials(identity, result, proxy, given, stop, activity):
@@ -116,6 +120,17 @@ class ExtrinsicPhase:
         recording = f"; recording: {self.plan.run}" if self.plan.run else ""
         log.info("controller: %s%s", identity, recording)
         return identity
+
+    def _warn_of_size(self, identity: Identity) -> None:
+        """Say before hours of work that they may end in a file that cannot be written."""
+        n_steps, size = self.plan.trial_steps, self.plan.condition.control_type.size
+        most = MAX_FILE_BYTES // largest_length(size, n_steps)
+        if self.n_trials > most and not identity.action_level:
+            log.warning(
+                "a controller that commands something else at each step fills a result with %s: "
+                "test fewer goals at once, or it may end there",
+                counted(most, "trial"),
+            )
 
     def _initial_result(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:
         """An empty result, or the one to be resumed."""

@@ -104,6 +104,11 @@ class Commands(BaseModel):
         return rows
 
 
+def largest_length(size: int, n_steps: int) -> int:
+    """The most characters for commands of ``size`` numbers, if each step has one of its own."""
+    return 4 * row_type(size).itemsize * n_steps // 3
+
+
 def _split(rows: NDArray[Any]) -> list[NDArray[Any]]:
     """The rows of each action."""
     return np.split(rows, np.flatnonzero(rows["begins"])[1:])

@@ -23,6 +23,7 @@ from real_bench.goal_sets import Goal, GoalSet, load_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase, _differences
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.trial import TrialMaker
+from real_bench.scoring.commands import largest_length
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from real_bench.task import Task
@@ -54,6 +55,24 @@ def test_two_processes_give_the_same_as_one(
 def test_first_failure_is_told_not_what_follows_from_it(face_goals: FaceGoals) -> None:
     with pytest.raises(ControllerError, match=r"goal 0: .*the first reason"):
         face_goals(toy("faulty:FailsTwice"), n_trials=1)
+
+
+@pytest.mark.parametrize(
+    ("controller", "warned"), [(toy("tested:GlobalRandomness"), True), ("real_r", False)]
+)
+def test_result_that_may_grow_too_large_is_told_before_the_test(
+    face_goals: FaceGoals,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    controller: str,
+    warned: bool,
+) -> None:
+    """And the bound is none that random commands exceed."""
+    bound = largest_length(9, 200)
+    monkeypatch.setattr("real_bench.phases.extrinsic.MAX_FILE_BYTES", 2 * bound - 1)
+    result = face_goals(controller, condition="OJ", trial_steps=200, n_trials=2)
+    assert ("fills a result with 1 trial:" in caplog.text) == warned
+    assert all(len(trial.commands.data) <= bound for trial in result.trials if trial.commands)
 
 
 def test_another_seed_gives_other_actions(face_goals: FaceGoals) -> None:
