@@ -105,8 +105,8 @@ class Cluster:
         except (KilledWorker, CancelledError) as error:
             raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
         except Exception as error:  # no room, another realbench or none: only this job's affair
-            kind = type(error).__name__
-            text = f"{job.name}: its worker cannot do it ({kind}: {error})"
+            kind, why = type(error).__name__, " ".join(str(error).split())
+            text = f"{job.name}: its worker cannot do it ({kind}: {why})"
             raise JobFailedError(text, kind) from error
         return content
 

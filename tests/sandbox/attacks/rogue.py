@@ -68,6 +68,10 @@ class Rogue(Controller):
     def kill_itself(self) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
+    def stop_itself(self) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(FOREVER)
+
     def close_the_channel(self) -> None:
         os.close(channel())
         time.sleep(FOREVER)

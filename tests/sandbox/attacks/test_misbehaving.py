@@ -16,7 +16,7 @@ import pytest
 
 import real_bench.scoring.metric
 from real_bench.conditions import Condition
-from real_bench.errors import ControllerError
+from real_bench.errors import ControllerError, ControllerStoppedError
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.player import Player, make_player
@@ -140,6 +140,15 @@ def test_it_dies(
     if deed == "close_the_channel":  # and lives on
         monkeypatch.setattr(process, "TIMEOUT_S", IMPATIENT_S)
     assert re.search(ENDS[deed], told(task, isolated.support, deed))
+
+
+def test_it_stops_itself(task: Task, support: SandboxSupport) -> None:
+    """Which may as well have been somebody else."""
+    proxy = SandboxBackend((), LIMITS, support).proxy(ROGUE, {"deed": "stop_itself"}, task)
+    player = make_player(proxy, task)
+    player.play(1)
+    with pytest.raises(ControllerStoppedError, match="killed by SIGTERM in next_action"):
+        player.play(20)
 
 
 @pytest.mark.parametrize("deed", TAKES)
