@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.competition.round_file import RoundFacts, result_name
-from real_bench.competition.standing import SCORED, WAITING, Standing
+from real_bench.competition.standing import SCORED, UNTOLD, WAITING, Standing
 from real_bench.competition.verified import KeptVerdict, load_verified
 from real_bench.errors import ResultError
 from real_bench.files import file_sha256
@@ -24,7 +24,7 @@ class Row:
     """A submission on the leaderboard.
 
     Attributes:
-        standing: what it says of itself, and its status.
+        standing: what it says of itself, and its status, as it may be shown.
         home: the folder of its files.
         files: its results.
         results: the same, read.
@@ -122,7 +122,7 @@ def _tie(row: Row, first: Row, ties: str) -> MetricComparison | None:
 
 def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
     if standing.status != SCORED:
-        return Row(standing, home)
+        return Row(facts.shown(standing), home)
     files = tuple(sorted(home.glob("*[0-9].json")))
     if facts.seeds:
         files = tuple(home / result_name(seed) for seed in facts.seeds)
@@ -138,8 +138,16 @@ def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
         files,
         results,
         summarise_repeats(by_goal(results)),
-        load_verified(home, [file_sha256(file) for file in files]),
+        _verdict(home, files, facts),
     )
+
+
+def _verdict(home: Path, files: Sequence[Path], facts: RoundFacts) -> KeptVerdict | None:
+    """The verdict on results; without the reason where it could tell of secret goals."""
+    verdict = load_verified(home, [file_sha256(file) for file in files])
+    if verdict is None or verdict.holds or not facts.hidden:
+        return verdict
+    return verdict.model_copy(update={"detail": UNTOLD})
 
 
 def _waiting(home: Path, standing: Standing, detail: str) -> Row:

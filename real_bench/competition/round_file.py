@@ -11,6 +11,7 @@ from pydantic import Field
 
 from real_bench.competition.kept import KeptRecord
 from real_bench.competition.spec import Competition
+from real_bench.competition.standing import Standing
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
 from real_bench.scoring.result import Result
@@ -92,6 +93,10 @@ class RoundFacts(KeptRecord):
             hidden=goals.is_secret and not chosen.released,
             **facts,
         )
+
+    def shown(self, standing: Standing) -> Standing:
+        """A standing as others than the organisers may see it."""
+        return standing.without_reasons() if self.hidden else standing
 
     def includes(self, result: Result) -> bool:
         """Whether a result is one of this round, as it is now."""

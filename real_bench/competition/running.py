@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,13 @@ from real_bench.goal_sets.secret import opening_of, read_opening
 from real_bench.locks import write_lock
 from real_bench.recording import Recording
 from real_bench.simulation import Scene, load_scene
+
+Broken = dict[str, Failure]
+RunJobs = Callable[[PendingJobs, Callable[[OnProgress], Broken]], Broken]
+
+
+def _run_silently(_: PendingJobs, make: Callable[[OnProgress], Broken]) -> Broken:
+    return make(lambda progress: None)
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,31 @@ class RoundRun:
     def folder(self) -> Path:
         """The folder of its results, with a folder for each version of a submission."""
         return self.competition.results_folder / self.name
+
+    def hold(
+        self, run: RunJobs = _run_silently, *, retry: bool = False, overwrite: bool = False
+    ) -> tuple[list[Standing], dict[str, Failure]]:
+        """Hold the round, as far as it is not done yet.
+
+        Args:
+            run: what runs jobs, where there are any, and shows their progress.
+            retry: retry what failed.
+            overwrite: replace files that do not fit the round as it is described now.
+
+        Returns:
+            The standing of each submission, as others may see it, and what failed through no
+            fault of a submission, by name of the job.
+
+        Raises:
+            RealBenchError: it cannot be held, or files are not of this round.
+            Interrupted: the user stopped it.
+        """
+        with self.lock_folder():
+            entries = self.prepare()
+            work = self.missing(entries, retry=retry, overwrite=overwrite)
+            broken = run(work, partial(self.make, entries, work)) if len(work) else {}
+            shown = self._facts(entries).shown
+            return [shown(standing) for standing in self.settle(entries)], broken
 
     @contextlib.contextmanager
     def lock_folder(self) -> Iterator[None]:
@@ -264,7 +296,9 @@ class RoundRun:
             detail=f"{'play' if isinstance(job, PlayJob) else 'test'}, {detail}",
             seconds=round(failure.seconds, 1),
         )
-        self._standing(entry).with_failure(job.name, failed).save(self.home(entry))
+        standing = self._standing(entry)
+        failures = {**standing.failures, job.name: failed}
+        standing.with_failures(failures).save(self.home(entry))
 
     def _misfits(self, entry: Entry, job: Job, state: JobState) -> list[str]:
         """What in a job's file is not of this round, in a line, if anything."""

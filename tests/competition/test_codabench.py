@@ -19,11 +19,14 @@ import pytest
 import yaml
 from PIL import Image
 
+from real_bench.competition.platform import score
 from real_bench.competition.spec import Round
+from real_bench.competition.standing import FailureRecord
 from real_bench.goal_sets import load_goal_set
 from real_bench.submissions.packing import pack
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, ROUND, derived, rounds, submission
+from tests.competition.test_ranking import FACTS, row
 
 TASK_FILES = ("input_data", "reference_data", "ingestion_program", "scoring_program")
 SHORT = {"play": "none", "trial_steps": 800}
@@ -146,6 +149,18 @@ def test_a_failure_counts_as_the_round_says(place: Path, failure: str, code: int
     assert file.exists() == (code == 0)
     if code == 0:
         assert set(json.loads(file.read_text()).values()) == {0.0}
+
+
+def test_scoring_program_does_not_tell_what_a_controller_says_of_secret_goals(
+    tmp_path: Path,
+) -> None:
+    left = tmp_path / "in" / "res"
+    left.mkdir(parents=True)
+    FACTS.model_copy(update={"hidden": True, "failure": "excluded"}).save(left)
+    failed = {"mine-test0": FailureRecord(status="crashed", detail="test, goal 0: it is at 0.1, 0")}
+    row("mine", None, "crashed").standing.with_failures(failed).save(left)
+    with pytest.raises(SystemExit, match=r"^crashed: test, goal 0 \(why is not told"):
+        score(tmp_path / "in", tmp_path / "out")
 
 
 def test_goals_are_only_in_data_hidden_from_participants(unpacked: Path, place: Path) -> None:
