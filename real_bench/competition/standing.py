@@ -17,6 +17,7 @@ Status = Literal[
 ]
 WAITING: Status = "waiting"
 SCORED: Status = "scored"
+BROKEN_RULE: Status = "broken rule"
 REFUSED: Status = "refused"
 
 STATUS_OF: dict[str, Status] = {
@@ -26,7 +27,7 @@ STATUS_OF: dict[str, Status] = {
     "PhysicsError": "crashed",
     "OutOfTimeError": "out of time",
     "OutOfMemoryError": "out of memory",
-    "BrokenRuleError": "broken rule",
+    "BrokenRuleError": BROKEN_RULE,
     "SubmissionError": REFUSED,
     "ControllerError": REFUSED,
 }
@@ -39,13 +40,21 @@ _PLACE = re.compile(r"(play|test)(, goal \d{1,6}(?=:))?")
 
 
 class FailureRecord(BaseModel):
-    """What ended a job: the status it gives, the reason in a line, and the time it took."""
+    """What ended a job.
+
+    Attributes:
+        status: that it gives.
+        detail: the reason in a line.
+        seconds: that it took.
+        task_sha256: of the round as it was; empty in files of old.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     status: Status
     detail: str
     seconds: float = 0.0
+    task_sha256: str = ""
 
     @property
     def place(self) -> str:

@@ -94,6 +94,7 @@ def on_the_platform(bundle: Path, app: Path, archive: Path) -> tuple[Path, int]:
     for name, file in (("ingested_program", archive), ("input_data", bundle / task["input_data"])):
         with zipfile.ZipFile(file) as packed:
             packed.extractall(app / "ingestion" / name)
+    (app / "ingestion" / "ingested_program" / "link").symlink_to("nowhere")
     (app / "ingestion" / "output").mkdir()
     done = run_program(bundle / task["ingestion_program"], app / "ingestion")
     assert done.returncode == 0, done.stderr

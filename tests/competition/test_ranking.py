@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -9,10 +10,11 @@ from hypothesis import strategies as st
 
 from real_bench.competition.leaderboard import Leaderboard, cells, notes
 from real_bench.competition.ranking import Row, ranked, read_rows
-from real_bench.competition.round_file import RoundFacts
+from real_bench.competition.round_file import NOT_OF_THIS_ROUND, RoundFacts, result_name
 from real_bench.competition.standing import UNTOLD, FailureRecord, Standing, Status
 from real_bench.scoring.comparison import compare
 from real_bench.scoring.repeats import by_goal, summarise_repeats
+from real_bench.scoring.result import Learned
 from tests.scoring.bench import made
 
 DISTANCES = st.lists(st.floats(0.0, 0.5), min_size=8, max_size=8)
@@ -97,6 +99,34 @@ def test_damaged_result_leaves_the_others_on_the_board(tmp_path: Path) -> None:
     assert {standing.status for standing in rows.values()} == {"waiting"}
     assert "score1.json" in rows["damaged"].detail
     assert str(tmp_path) not in rows["damaged"].detail
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"learned": Learned(code_sha256="", settings={})}, "some continued from what was learned"),
+        ({"settings": {"depth": 1}}, "results of different tests are never averaged"),
+        ({"control_version": 2}, NOT_OF_THIS_ROUND),
+        ({"run_steps": 4000, "run_sha256": "5" * 64}, NOT_OF_THIS_ROUND),
+        ({"distances": [0.1]}, NOT_OF_THIS_ROUND),
+    ],
+)
+def test_odd_result_leaves_the_others_on_the_board(
+    tmp_path: Path, changes: dict[str, Any], told: str
+) -> None:
+    """Of another test than its fellows, another version of control, after a play, unfinished."""
+    shape = {"play": "none", "seeds": (0, 1), "n_goals": 2, "trial_steps": 10_000}
+    known = {"goals_sha256": "3" * 64, "control_version": 1}
+    facts = FACTS.model_copy(update={**shape, **known})
+    for key, distance, changed in (("fine", 0.2, {}), ("odd", 0.1, changes)):
+        (tmp_path / key).mkdir()
+        row(key, None).standing.save(tmp_path / key)
+        for seed in facts.seeds:
+            fields = {"distances": [distance, 0.3], "n_goals": 2, **(changed if seed else {})}
+            made(seed=seed, **fields).save(tmp_path / key / result_name(seed))
+    found = ranked(read_rows(tmp_path, facts), "zero", "paired")
+    assert ranks(found) == [("fine", 1), ("odd", None)]
+    assert told in found[1].standing.detail
 
 
 @given(place=st.sampled_from(["play", "test", "test, goal 7"]), text=st.text())
