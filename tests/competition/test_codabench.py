@@ -20,7 +20,7 @@ import yaml
 from PIL import Image
 
 from real_bench.competition.platform import score
-from real_bench.competition.spec import Round
+from real_bench.competition.spec import Round, read_competition
 from real_bench.competition.standing import FailureRecord
 from real_bench.goal_sets import load_goal_set
 from real_bench.submissions.packing import pack
@@ -29,13 +29,16 @@ from tests.competition.five import CRASHING, GOOD, ROUND, derived, rounds, submi
 from tests.competition.test_ranking import FACTS, row
 
 TASK_FILES = ("input_data", "reference_data", "ingestion_program", "scoring_program")
+TITLE = "Tiny 🤖"
 SHORT = {"play": "none", "trial_steps": 800}
 
 
 @pytest.fixture
 def unpacked(place: Path) -> Path:
     """A bundle, unpacked."""
-    return written(place, rounds(place, **SHORT, failure="zero"))
+    spec = rounds(place, **SHORT, failure="zero")
+    spec.write_text(spec.read_text().replace("Tiny", TITLE), encoding="utf-8")
+    return written(place, spec)
 
 
 def written(place: Path, spec: Path) -> Path:
@@ -48,6 +51,10 @@ def written(place: Path, spec: Path) -> Path:
 def test_bundle_has_everything_codabench_requires(unpacked: Path) -> None:
     told: dict[str, Any] = yaml.safe_load((unpacked / "competition.yaml").read_text())
     assert told["version"] == 2
+    assert told["title"] == TITLE
+    with zipfile.ZipFile(unpacked / "input_data_first.zip") as packed:
+        packed.extract("round.yaml", unpacked)
+    assert read_competition(unpacked / "round.yaml").title == TITLE
     assert {"title", "image", "terms", "docker_image"} <= set(told)
     assert told["docker_image"] == "me/realbench:1"
     Image.open(unpacked / told["image"]).verify()

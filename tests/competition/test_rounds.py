@@ -261,6 +261,7 @@ def test_package_index_that_does_not_answer_is_no_fault_of_a_submission(
         ({"limits": {"memory": 1}}, "rounds.first.limits: "),
         ({"play": "given"}, "recordings go with `play: given`"),
         ({"ties": "maybe"}, "rounds.first.ties: "),
+        ({"seed": 2**63 - 2, "repeats": 3}, "rounds.first: it has seeds of 2**63 or more"),
         ({"goals": "none.npy"}, "none.npy"),
     ],
 )
