@@ -33,10 +33,15 @@ def files_to_submit(source: ControllerSource) -> list[Path]:
     """The files of a submission, each to be packed, copied and hashed.
 
     Raises:
-        SubmissionError: they are too large or too many, or cannot be read.
+        SubmissionError: they are too large or too many, or cannot be read, or lack the manifest.
     """
     with as_submission_error(f"{source.place.name} cannot be read"):
         files = source.submitted_files()
+        if source.place / MANIFEST not in files:
+            raise SubmissionError(
+                f"{MANIFEST} is taken for a result or goals, which are not handed in: write it in "
+                "other words"
+            )
         for file in files:  # an archive, a bundle and a page can name only what is UTF-8
             str(file.relative_to(source.place)).encode()
         _check_size(source.place.name, [file.stat().st_size for file in files])
