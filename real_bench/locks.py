@@ -101,14 +101,18 @@ def _acquire(lock: Path, wait_while: str) -> int:
 
 
 @contextmanager
-def temporary_folder(prefix: str) -> Iterator[Path]:
+def temporary_folder(prefix: str, *, within: Path | None = None) -> Iterator[Path]:
     """A new temporary folder that does not outlive its use.
 
     If its process is killed, the next call with the same prefix removes it. Raises OutputError if
     none can be made.
+
+    Args:
+        prefix: of its name.
+        within: the folder to make it in; None: the system's.
     """
     try:
-        place = real_path(Path(tempfile.gettempdir()))
+        place = real_path(within or Path(tempfile.gettempdir()))
     except OSError as error:
         raise OutputError(f"cannot make a temporary folder: {error}") from error
     for leftover in place.glob(prefix + "[0-9a-f]" * 32):  # each was locked before it was made

@@ -204,7 +204,7 @@ def submission_folder(spec: str) -> Path | None:
         return None
     if found:
         return found
-    if spec.endswith(".zip"):
+    if spec.lower().endswith(".zip"):
         raise ControllerError(f"{spec} is packed: unpack it and name its folder")
     if Path(spec).is_dir():
         raise ControllerError(

@@ -6,6 +6,7 @@ Scalars are read by the core schema of YAML 1.2, as people expect: 010 is ten, 1
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Hashable
 from pathlib import Path
@@ -90,6 +91,15 @@ _Loader.yaml_constructors |= {
     "tag:yaml.org,2002:map": _Loader.construct_map,
     None: _Loader.construct_undefined,
 }
+
+
+def as_yaml(value: Any, indent: int | None = None) -> str:
+    """Plain data as JSON, which is YAML; what is not UTF-8 becomes a question mark.
+
+    Nothing is escaped that need not be: YAML does not join the two halves of an escaped emoji.
+    """
+    text = json.dumps(value, indent=indent, ensure_ascii=False)
+    return text.encode(errors="replace").decode()
 
 
 def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str, Any]:

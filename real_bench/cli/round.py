@@ -15,7 +15,6 @@ from real_bench.cli.common import HelpfulGroup, progress_wanted
 from real_bench.cli.printing import print_tables, say
 
 if TYPE_CHECKING:
-    from real_bench.competition.running import RoundRun
     from real_bench.competition.standing import Standing
     from real_bench.experiments.scheduler import Failure
 
@@ -80,10 +79,10 @@ def run(
     from real_bench.competition.running import RoundRun
     from real_bench.competition.spec import read_competition
     from real_bench.competition.standing import WAITING
-    from real_bench.counting import counted
     from real_bench.errors import in_short
     from real_bench.file_kinds import JUNIT
     from real_bench.files import Output
+    from real_bench.progress.jobs import run_jobs
 
     cases = None
     if junit is not None:
@@ -109,13 +108,13 @@ def run(
             )
             say(f"realbench: {ended}; {later}", err=True)
         round_run = RoundRun(competition, each, submissions, jobs, scheduler)
-        standings_by_round[each], failures = _run_round(round_run, retry=retry, overwrite=overwrite)
+        run_shown = partial(run_jobs, shown=progress_wanted())
+        standings, failures = round_run.hold(run_shown, retry=retry, overwrite=overwrite)
+        standings_by_round[each] = standings
         broken |= failures
         _show(round_run.folder)
-        n_failed = sum(bool(standing.failures) for standing in standings_by_round[each])
-        if n_failed and not retry:
-            failed = counted(n_failed, "submission")
-            say(f"{failed} failed, and will not be run again without --retry")
+        if n_failed := sum(bool(standing.failures) for standing in standings):
+            _tell_of_failures(n_failed, round_run.folder, retry=retry)
     if cases is not None:
         cases.write(standings_report(standings_by_round, time.monotonic() - began).tostring())
     reasons = [failure.detail for failure in broken.values()] or [
@@ -130,25 +129,21 @@ def run(
         sys.exit(BROKEN)
 
 
-def _run_round(
-    round_run: RoundRun, *, retry: bool, overwrite: bool
-) -> tuple[list[Standing], dict[str, Failure]]:
-    from real_bench.progress.jobs import run_jobs
-
-    with round_run.lock_folder():
-        entries = round_run.prepare()
-        work = round_run.missing(entries, retry=retry, overwrite=overwrite)
-        failures = {}
-        if len(work):
-            make = partial(round_run.make, entries, work)
-            failures = run_jobs(work, make, shown=progress_wanted())
-        return round_run.settle(entries), failures
-
-
 def _show(folder: Path) -> None:
     from real_bench.competition.leaderboard import read_leaderboards, text_table
 
     print_tables(*map(text_table, read_leaderboards(folder)))
+
+
+def _tell_of_failures(n_failed: int, folder: Path, *, retry: bool) -> None:
+    from real_bench.competition.round_file import load_round
+    from real_bench.counting import counted
+
+    if not retry:
+        failed = counted(n_failed, "submission")
+        say(f"{failed} failed, and will not be run again without --retry")
+    if load_round(folder).hidden:
+        say(f"why they failed: {folder}/*/standing.json (for you alone: it may tell of the goals)")
 
 
 @round.command(epilog=CODABENCH_EPILOG)

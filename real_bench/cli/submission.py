@@ -146,7 +146,7 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
     files = pack_submission(folder, archive)
     for file in files:
         say(f"  {file.relative_to(place)}")
-    sha256 = ControllerSource.of(str(folder)).code_sha256
+    sha256 = ControllerSource.of(str(place)).code_sha256
     say(f"{archive}: {counted(len(files), 'file')}, hash {sha256}")
 
 

@@ -50,15 +50,20 @@ class SubmissionCheck:
         except RealBenchError as error:
             yield Finding("fails", False, str(error))
 
+    @property
+    def _spec(self) -> str:
+        """What its controller is called; an installed one may have the plain name of its folder."""
+        return str(self.folder.resolve())
+
     def _hash(self) -> str:
-        source = ControllerSource.of(str(self.folder))
+        source = ControllerSource.of(self._spec)
         files = files_to_submit(source)
         with as_submission_error(f"{self.folder.name} cannot be read"):
             return f"{source.code_sha256} over {counted(len(files), 'file')}"
 
     def _controller_findings(self, submission: Submission) -> Iterator[Finding]:
         yield from ControllerCheck(
-            str(self.folder),
+            self._spec,
             Condition.parse(submission.condition),
             load_scene("builtin"),
             self.objects,

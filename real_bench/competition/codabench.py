@@ -7,7 +7,6 @@ programs run in the image of our Dockerfile, target ``platform``.
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Iterator, Mapping
 from datetime import datetime, timezone
 from itertools import pairwise
@@ -24,6 +23,7 @@ from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.locks import temporary_folder
 from real_bench.simulation.scene import shipped_scenes
 from real_bench.submissions.packing import pack, zip_files
+from real_bench.yaml_files import as_yaml
 
 IMAGE = "realbench:platform"
 STEPS_A_SECOND, SPARE_S = 500, 600
@@ -90,7 +90,7 @@ def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> lis
 def bundle_files(competition: Competition, image: str) -> Iterator[tuple[str, bytes]]:
     """Every file of the bundle, by name."""
     goals = {name: load_goal_set(competition.goals(name)) for name in competition.rounds}
-    described = json.dumps(_describe(competition, image, goals), indent=1)  # JSON is YAML
+    described = as_yaml(_describe(competition, image, goals), indent=1)
     yield "competition.yaml", f"{described}\n".encode()
     yield "logo.png", _logo()
     yield "terms.md", _TERMS.encode()
@@ -239,7 +239,7 @@ def _input_data(competition: Competition, name: str) -> dict[str, bytes]:
     if recordings:
         fields["recordings"] = [f"recording{number}.h5" for number in range(len(recordings))]
     one_round = {"title": competition.title, "scene": competition.scene, "rounds": {name: fields}}
-    files = {ROUND_FILE: json.dumps(one_round, indent=1).encode()}
+    files = {ROUND_FILE: as_yaml(one_round, indent=1).encode()}
     files |= _reference_data(competition, name)
     for number, recording in enumerate(recordings):
         files[f"recording{number}.h5"] = recording.read_bytes()

@@ -50,15 +50,12 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
     """All submissions in a folder, each in a folder or an archive, frozen among the results.
 
     Raises:
-        ExperimentError: there are none, or two have the same name.
+        ExperimentError: there are none.
         RealBenchError: they cannot be kept.
     """
     if not submissions.is_dir():
         raise ExperimentError(f"folder not found: {submissions}")
-    found = [path for path in sorted(submissions.iterdir()) if _is_candidate(path)]
-    keys = [_key(path) for path in found]
-    if twice := sorted({key for key in keys if keys.count(key) > 1}):
-        raise ExperimentError(f"two submissions are called {', '.join(twice)}: rename one")
+    found = sorted(path for path in submissions.resolve().iterdir() if path.name[0] != ".")
     if not found:
         raise ExperimentError(f"no submission found in {submissions}")
     check_folder(results / FROZEN, make=True)
@@ -66,27 +63,49 @@ def read_entries(submissions: Path, results: Path, condition: str) -> list[Entry
         raise ExperimentError(
             f"{submissions} is where results keep their copies of submissions: name other `results`"
         )
-    return [_entry(path, results / FROZEN, condition) for path in found]
+    first: dict[str, Path] = {}
+    entries = []
+    for place in found:
+        key = _key(place)
+        if first.setdefault(key, place) is place:
+            entries.append(_entry(place, key, results / FROZEN, condition))
+        else:
+            fault = f"{first[key].name} has the same name: rename one"
+            entries.append(_refused(place, f"{key},{_short_hash(place.name)}", fault))
+    return entries
 
 
-def _is_candidate(path: Path) -> bool:
-    """Whether something is a folder or an archive; nothing else is a submission."""
-    return (path.is_dir() and not is_ignored(path)) or (path.is_file() and path.suffix == ".zip")
+def _fault(place: Path) -> str:
+    """Why something that was handed in is no submission; empty if it may be one."""
+    if _is_archive(place):
+        return ""
+    if not place.is_dir():
+        return "it is neither a folder nor a zip"
+    if is_ignored(place):
+        return "it is a link, a virtual environment or a cache, not a folder of your own"
+    return ""
+
+
+def _is_archive(place: Path) -> bool:
+    return place.is_file() and place.suffix.lower() == ".zip"
 
 
 def _name(place: Path) -> str:
-    """What a submission is handed in as, without ``.zip``; always text that can be kept."""
-    return _text(place.stem if place.is_file() else place.name)
+    """What a submission is handed in as, without ``.zip``."""
+    return place.stem if _is_archive(place) else place.name
 
 
 def _key(place: Path) -> str:
-    """The same as a file name, which nothing else in the folder has."""
+    """The same as a plain file name, which no submission of another name has."""
     name = _name(place)
     plain = _PLAIN.sub("_", name)
-    if plain == name.replace(" ", "_") and len(plain) <= MAX_KEY_LENGTH:
+    if plain == name and len(plain) <= MAX_KEY_LENGTH:
         return plain
-    own = place.stem if place.is_file() else place.name
-    return f"{plain[:MAX_KEY_LENGTH]}-{hashlib.sha256(os.fsencode(own)).hexdigest()[:8]}"
+    return f"{plain[:MAX_KEY_LENGTH]}-{_short_hash(name)}"
+
+
+def _short_hash(name: str) -> str:
+    return hashlib.sha256(os.fsencode(name)).hexdigest()[:16]
 
 
 def _text(text: str) -> str:
@@ -94,26 +113,28 @@ def _text(text: str) -> str:
     return text.encode(errors="replace").decode()
 
 
-def _entry(place: Path, frozen: Path, condition: str) -> Entry:
+def _entry(place: Path, key: str, frozen: Path, condition: str) -> Entry:
     """A submission as it is taken in; refused, whatever is wrong with it."""
-    with temporary_folder("realbench-entry-") as temporary:
+    if fault := _fault(place):
+        return _refused(place, key, fault)
+    with temporary_folder(".unpacked-", within=frozen) as temporary:
         unpacked = temporary / "submission"
         try:
             with as_submission_error(f"{place.name} cannot be read"):
-                entry = _frozen(place, unpacked, frozen)
+                entry = _frozen(place, key, unpacked, frozen)
         except ControllerError as error:
             detail = str(error).replace(str(unpacked), place.name).replace(f"{place}/", "")
-            return _refused(place, detail)
+            return _refused(place, key, detail)
     return _with_packages(entry, condition)
 
 
-def _frozen(place: Path, unpacked: Path, frozen: Path) -> Entry:
+def _frozen(place: Path, key: str, unpacked: Path, frozen: Path) -> Entry:
     """A submission with its files kept as they were handed in; raises ControllerError."""
     folder = open_submission(place, unpacked)
     submission = read_submission(folder)
     source = ControllerSource.of(str(folder))
     files_to_submit(source)  # not too large: hashing it would take long
-    key, sha256 = _key(place), source.code_sha256
+    sha256 = source.code_sha256
     standing = Standing(
         name=submission.name,
         authors=submission.authors,
@@ -124,37 +145,45 @@ def _frozen(place: Path, unpacked: Path, frozen: Path) -> Entry:
         date=_date(place),
     )
     copy = frozen / f"{key}-{sha256[:12]}"
-    _freeze(folder, copy)
+    _freeze(folder, copy, sha256)
     return Entry(standing, copy)
 
 
-def _refused(place: Path, detail: str) -> Entry:
+def _refused(place: Path, key: str, detail: str) -> Entry:
     return Entry(
         Standing(
-            name=_name(place),
+            name=_text(_name(place)),
             authors=(),
             description="",
             sha256=_bytes_sha256(place),
             status=REFUSED,
             detail=_text(detail),
-            key=_key(place),
+            key=key,
             date=_date(place),
         ),
         None,
     )
 
 
-def _freeze(folder: Path, to: Path) -> None:
+def _freeze(folder: Path, to: Path, sha256: str) -> None:
     """Copy a submission; it appears whole. Rounds held at the same time share the copy."""
-    if to.exists():
-        return
     with write_lock(to, wait_while=f"copies {to.name}"):
-        if to.exists():
+        if _is_copy(to, sha256):
             return
         partial_copy = to.with_name(f".{to.name}")
-        shutil.rmtree(partial_copy, ignore_errors=True)  # of a process that was killed
+        for leftover in (partial_copy, to):  # of a process that was killed; or it has changed
+            shutil.rmtree(leftover, ignore_errors=True)
         copy_submission(folder, partial_copy)
+        if not _is_copy(partial_copy, sha256):
+            raise SubmissionError("it changed while it was copied: run the round again")
         partial_copy.replace(to)
+
+
+def _is_copy(folder: Path, sha256: str) -> bool:
+    """Whether a folder holds a whole submission of this hash."""
+    with suppress(ControllerError, OSError):
+        return ControllerSource.of(str(folder.resolve())).code_sha256 == sha256
+    return False
 
 
 def _with_packages(entry: Entry, condition: str) -> Entry:
@@ -204,7 +233,7 @@ def _files(place: Path) -> Iterator[Path]:
     if place.is_file():
         yield place
         return
-    folders = [place]
+    folders = [] if place.is_symlink() else [place]
     while folders:
         with suppress(OSError):
             for path in folders.pop().iterdir():

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from real_bench.competition.standing import REFUSED, SCORED, WAITING, Standing
+from real_bench.competition.standing import REFUSED, SCORED, WAITING, Standing, labels
 from real_bench.phases.checking import Finding
 from real_bench.quoting import quoted
 
@@ -40,8 +40,9 @@ def standings_report(rounds: Mapping[str, Sequence[Standing]], seconds: float) -
     report = JUnitXml("realbench")
     for name, standings in rounds.items():
         suite = TestSuite(f"realbench round {quoted(name)}")
+        called = labels(standings)
         for standing in standings:
-            case = TestCase(quoted(standing.name), classname=f"realbench.{quoted(name)}")
+            case = TestCase(called[standing.key], classname=f"realbench.{quoted(name)}")
             case.time = round(standing.seconds, 3)
             detail = quoted(standing.detail, 2000)
             if standing.status == REFUSED:

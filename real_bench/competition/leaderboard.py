@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from rich.table import Table
 
 from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
 from real_bench.competition.round_file import RoundFacts, load_round
-from real_bench.competition.standing import SCORED, WAITING
+from real_bench.competition.standing import SCORED, WAITING, labels
 from real_bench.competition.verified import KeptVerdict
 from real_bench.counting import counted
 from real_bench.errors import ExperimentError
@@ -36,6 +37,11 @@ class Leaderboard:
 
     facts: RoundFacts
     rows: tuple[Row, ...]
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """What each submission is called, by key."""
+        return labels([row.standing for row in self.rows])
 
     def to_json(self) -> dict[str, Any]:
         """All of it."""
@@ -79,8 +85,8 @@ def headings() -> list[str]:
     return ["rank", "submission", "score", "95%", *CHALLENGES, "status", "date", "hash", "verified"]
 
 
-def cells(row: Row) -> list[str]:
-    """What stands in each column."""
+def cells(board: Leaderboard, row: Row) -> list[str]:
+    """What stands in each column of a row."""
     standing, summary = row.standing, row.summary
     numbers = [ABSENT] * (2 + len(CHALLENGES))
     if summary is not None:
@@ -93,7 +99,7 @@ def cells(row: Row) -> list[str]:
         ]
     return [
         ABSENT if row.rank is None else str(row.rank),
-        quoted(standing.name),
+        board.labels[standing.key],
         *numbers,
         standing.status,
         standing.date[:10],
@@ -133,18 +139,18 @@ def notes(board: Leaderboard) -> list[str]:
         )
     for row in rows:
         if row.standing.status != SCORED and row.standing.detail:
-            lines.append(
-                f"{quoted(row.standing.name)}: {quoted(row.standing.detail, MAX_DETAIL_LENGTH)}"
-            )
+            detail = quoted(row.standing.detail, MAX_DETAIL_LENGTH)
+            lines.append(f"{board.labels[row.standing.key]}: {detail}")
     for row in rows:
         if row.verified is not None and (row.verified.unchecked or not row.verified.holds):
             detail = quoted(row.verified.detail, MAX_DETAIL_LENGTH)
-            lines.append(f"{quoted(row.standing.name)}: {detail}")
+            lines.append(f"{board.labels[row.standing.key]}: {detail}")
     if facts.failure == ZERO and any(_failed(row) for row in rows):
         lines.append("a failed submission counts as 0")
     if facts.hidden:
-        committed = f" (commitment {facts.commitment})" if facts.commitment else ""
-        lines.append(f"the goals are secret until they are released{committed}")
+        lines.append("the goals are secret until they are released")
+    if facts.commitment:
+        lines.append(f"commitment to the goals: {facts.commitment}")
     return lines
 
 
@@ -165,7 +171,7 @@ def text_table(board: Leaderboard) -> Table:
         right = heading in ("rank", "score", "95%", *CHALLENGES)
         table.add_column(heading, justify="right" if right else "left")
     for row in board.rows:
-        table.add_row(*cells(row))
+        table.add_row(*cells(board, row))
     return table
 
 
@@ -173,7 +179,7 @@ def markdown_table(board: Leaderboard) -> str:
     """For a README or a job summary."""
     from tabulate import tabulate
 
-    shown = [[markdown(cell) for cell in cells(row)] for row in board.rows]
+    shown = [[markdown(cell) for cell in cells(board, row)] for row in board.rows]
     table = tabulate(shown, headings(), "github", disable_numparse=True)
     below = "".join(f"\n{markdown(note)}  " for note in notes(board))
     return f"### {markdown(title(board))}\n\n{table}\n{below}"

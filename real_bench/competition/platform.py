@@ -45,21 +45,18 @@ def ingest(submission: Path, data: Path, output: Path) -> None:
     competition = read_competition(data / ROUND_FILE)
     (name,) = competition.rounds
     with temporary_folder("realbench-platform-") as folder:
-        shutil.copytree(submission, folder / "submissions" / HANDED_IN)
+        shutil.copytree(submission, folder / "submissions" / HANDED_IN, symlinks=True)
         for goals in data.iterdir():
             shutil.copy(goals, folder / goals.name)
         round_run = RoundRun(
             read_competition(folder / ROUND_FILE), name, folder / "submissions", n_at_once=1
         )
-        with round_run.lock_folder():
-            entries = round_run.prepare()
-            broken = round_run.make(entries, round_run.missing(entries), lambda progress: None)
-            (standing,) = round_run.settle(entries)
+        (standing,), broken = round_run.hold()
         if broken:
             raise ExperimentError("; ".join(failure.detail for failure in broken.values()))
-        home = round_run.home(entries[0])
+        (kept,) = round_run.folder.glob(f"*/{Standing.FILE}")
         output.mkdir(parents=True, exist_ok=True)
-        for file in (*home.glob("seed*.json"), home / Standing.FILE):
+        for file in (*kept.parent.glob("seed*.json"), kept):
             shutil.copy(file, output / file.name)
         shutil.copy(round_run.folder / RoundFacts.FILE, output / RoundFacts.FILE)
     print(f"{standing.name}: {standing.status}{f', {standing.detail}' if standing.detail else ''}")
@@ -80,11 +77,11 @@ def score(inputs: Path, output: Path) -> None:
     standing = Standing.load(left)
     if standing is None:
         sys.exit("no standing found: the ingestion program did not finish")
-    failure = load_round(left).failure
+    facts = load_round(left)
     output.mkdir(parents=True, exist_ok=True)
     if standing.status != SCORED:
-        message = f"{standing.status}: {standing.detail}"
-        if failure != "zero" or standing.status == WAITING:
+        message = f"{standing.status}: {facts.shown(standing).detail}"
+        if facts.failure != "zero" or standing.status == WAITING:
             sys.exit(message)
         print(message)
         classes = map(class_key, set(load_goal_set(goals).classes))
@@ -92,7 +89,8 @@ def score(inputs: Path, output: Path) -> None:
     files = sorted(left.glob("seed*.json"))
     for file in files:
         verdict = ResultVerification(file, goals=goals).verify(lambda done, total: None)
-        print(f"{file.name}: {verdict.lines()[-1]}")
+        if verdict.holds or not facts.hidden:  # else it could tell how far a goal is
+            print(f"{file.name}: {verdict.lines()[-1]}")
         if not verdict.holds:
             sys.exit(f"{file.name} does not verify")
     summary = summarise_repeats(by_goal([load_result(file) for file in files])).score

@@ -7,12 +7,13 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from real_bench.competition.round_file import RoundFacts, result_name
-from real_bench.competition.standing import SCORED, WAITING, Standing
+from real_bench.competition.round_file import NOT_OF_THIS_ROUND, RoundFacts, result_name
+from real_bench.competition.standing import SCORED, UNTOLD, WAITING, Standing
 from real_bench.competition.verified import KeptVerdict, load_verified
 from real_bench.errors import ResultError
 from real_bench.files import file_sha256
 from real_bench.scoring.comparison import MetricComparison, compare
+from real_bench.scoring.one_test import check_one_test
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, load_result
 
@@ -24,7 +25,7 @@ class Row:
     """A submission on the leaderboard.
 
     Attributes:
-        standing: what it says of itself, and its status.
+        standing: what it says of itself, and its status, as it may be shown.
         home: the folder of its files.
         files: its results.
         results: the same, read.
@@ -122,24 +123,27 @@ def _tie(row: Row, first: Row, ties: str) -> MetricComparison | None:
 
 def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
     if standing.status != SCORED:
-        return Row(standing, home)
+        return Row(facts.shown(facts.without_old_failures(standing)), home)
     files = tuple(sorted(home.glob("*[0-9].json")))
     if facts.seeds:
         files = tuple(home / result_name(seed) for seed in facts.seeds)
     try:
         results = tuple(load_result(file) for file in files if file.exists())
+        if not results or len(results) < len(files) or not all(map(facts.includes, results)):
+            return _waiting(home, standing, NOT_OF_THIS_ROUND)
+        check_one_test(results)
+        summary = summarise_repeats(by_goal(results))
     except ResultError as error:
         return _waiting(home, standing, str(error).replace(f"{home}/", ""))
-    if not results or len(results) < len(files) or not all(map(facts.includes, results)):
-        return _waiting(home, standing, "it was not tested in this round as it is now")
-    return Row(
-        standing,
-        home,
-        files,
-        results,
-        summarise_repeats(by_goal(results)),
-        load_verified(home, [file_sha256(file) for file in files]),
-    )
+    return Row(standing, home, files, results, summary, _verdict(home, files, facts))
+
+
+def _verdict(home: Path, files: Sequence[Path], facts: RoundFacts) -> KeptVerdict | None:
+    """The verdict on results; without the reason where it could tell of secret goals."""
+    verdict = load_verified(home, [file_sha256(file) for file in files])
+    if verdict is None or verdict.holds or not facts.hidden:
+        return verdict
+    return verdict.model_copy(update={"detail": UNTOLD})
 
 
 def _waiting(home: Path, standing: Standing, detail: str) -> Row:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import hashlib
+import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,10 +13,15 @@ from pydantic import Field
 
 from real_bench.competition.kept import KeptRecord
 from real_bench.competition.spec import Competition
+from real_bench.competition.standing import WAITING, Standing
+from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
+
+PLAY, TEST = "play", "test"
+NOT_OF_THIS_ROUND = "it was not tested in this round as it is now"
 
 
 class RoundFacts(KeptRecord):
@@ -26,6 +33,7 @@ class RoundFacts(KeptRecord):
         goals: where the goal set was.
         goals_sha256, n_goals: of its content.
         hidden: whether the goals must not be shown.
+        control_version: of the way of control; 0 in files of old.
         scene_sha256: of the scene; empty in files of old.
         recordings: hashes of those to learn from, if they are given; none in files of old.
         seeds: of its repeats; none in files of old, where all results count.
@@ -52,6 +60,7 @@ class RoundFacts(KeptRecord):
     n_goals: int
     hidden: bool
     commitment: str
+    control_version: int = 0
     scene_sha256: str = ""
     recordings: tuple[str, ...] = ()
     seeds: tuple[int, ...] = ()
@@ -65,9 +74,8 @@ class RoundFacts(KeptRecord):
         goals: GoalSet,
         scene: Scene,
         recordings: Sequence[str],
-        current: Mapping[str, str],
     ) -> RoundFacts:
-        """The facts of a round, with the current version of each submission."""
+        """The facts of a round, without its submissions."""
         chosen = competition.rounds[name]
         facts: dict[str, Any] = {
             field: getattr(chosen, field)
@@ -80,11 +88,11 @@ class RoundFacts(KeptRecord):
             title=competition.title,
             name=name,
             scene=competition.scene_source,
+            control_version=Condition.parse(chosen.condition).control_version,
             scene_sha256=scene.sha256,
             recordings=tuple(recordings),
             repeats=len(chosen.seeds),
             seeds=tuple(chosen.seeds),
-            current=dict(current),
             limits=asdict(chosen.limits),
             goals=str(competition.goals(name).resolve()),
             goals_sha256=goals.sha256,
@@ -93,8 +101,36 @@ class RoundFacts(KeptRecord):
             **facts,
         )
 
+    @property
+    def task_sha256(self) -> str:
+        """A hash of what each submission must do, but for seeds and limits."""
+        names = {*("condition", "objects", "control_version", "scene_sha256", "play", "steps")}
+        names |= {"trial_steps", "goals_sha256", "recordings"}
+        facts = self.model_dump(mode="json", include=names)
+        return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
+
+    def without_old_failures(self, standing: Standing) -> Standing:
+        """A standing by the failures that are of this round as it is now; waiting if by none."""
+        kinds = (PLAY, TEST) if self.play == "own" else (TEST,)
+        jobs = {job_name(standing.key, kind, seed) for kind in kinds for seed in self.seeds}
+        failures = {
+            name: failed
+            for name, failed in standing.failures.items()
+            if (name in jobs or not self.seeds) and failed.task_sha256 in ("", self.task_sha256)
+        }
+        if failures == standing.failures:
+            return standing
+        if failures:
+            return standing.with_failures(failures)
+        changes = {"status": WAITING, "detail": NOT_OF_THIS_ROUND, "failures": {}, "seconds": 0.0}
+        return standing.model_copy(update=changes)
+
+    def shown(self, standing: Standing) -> Standing:
+        """A standing as others than the organisers may see it."""
+        return standing.without_reasons() if self.hidden else standing
+
     def includes(self, result: Result) -> bool:
-        """Whether a result is one of this round, as it is now."""
+        """Whether a result is a whole one of this round, as it is now."""
         setting = result.setting
         expected = {
             "condition": self.condition,
@@ -104,13 +140,26 @@ class RoundFacts(KeptRecord):
         }
         if self.play == "own":
             expected["run_steps"] = self.steps
+        if self.play == "none":
+            expected["run_steps"] = 0
+        if self.control_version:
+            expected["control_version"] = self.control_version
         if self.scene_sha256:
             expected["scene_sha256"] = self.scene_sha256
         if self.seeds and setting.seed not in self.seeds:
             return False
         if self.recordings and setting.run_sha256 not in self.recordings:
             return False
+        if (self.play == "none") == bool(setting.run_sha256):
+            return False
+        if len(result.trials) != self.n_goals:
+            return False
         return all(getattr(setting, name) == value for name, value in expected.items())
+
+
+def job_name(key: str, kind: str, seed: int) -> str:
+    """The name of a repeat's play or test, of a submission."""
+    return f"{key}-{kind}{seed}"
 
 
 def result_name(seed: int) -> str:

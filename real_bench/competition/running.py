@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 from real_bench.competition.entries import Entry, read_entries
-from real_bench.competition.round_file import RoundFacts, result_name
+from real_bench.competition.round_file import PLAY, TEST, RoundFacts, job_name, result_name
 from real_bench.competition.spec import Competition, Round
 from real_bench.competition.standing import (
+    BROKEN_RULE,
     REFUSED,
     SCORED,
     STATUS_OF,
@@ -21,7 +22,7 @@ from real_bench.competition.standing import (
     Standing,
 )
 from real_bench.conditions import Condition
-from real_bench.errors import GoalSetError
+from real_bench.errors import GoalSetError, ResultError
 from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
@@ -31,7 +32,15 @@ from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.goal_sets.secret import opening_of, read_opening
 from real_bench.locks import write_lock
 from real_bench.recording import Recording
+from real_bench.scoring.one_test import check_one_test
 from real_bench.simulation import Scene, load_scene
+
+Broken = dict[str, Failure]
+RunJobs = Callable[[PendingJobs, Callable[[OnProgress], Broken]], Broken]
+
+
+def _run_silently(_: PendingJobs, make: Callable[[OnProgress], Broken]) -> Broken:
+    return make(lambda progress: None)
 
 
 @dataclass(frozen=True)
@@ -61,6 +70,30 @@ class RoundRun:
     def folder(self) -> Path:
         """The folder of its results, with a folder for each version of a submission."""
         return self.competition.results_folder / self.name
+
+    def hold(
+        self, run: RunJobs = _run_silently, *, retry: bool = False, overwrite: bool = False
+    ) -> tuple[list[Standing], dict[str, Failure]]:
+        """Hold the round, as far as it is not done yet.
+
+        Args:
+            run: what runs jobs, where there are any, and shows their progress.
+            retry: retry what failed.
+            overwrite: replace files that do not fit the round as it is described now.
+
+        Returns:
+            The standing of each submission, as others may see it, and what failed through no
+            fault of a submission, by name of the job.
+
+        Raises:
+            RealBenchError: it cannot be held, or files are not of this round.
+            Interrupted: the user stopped it.
+        """
+        with self.lock_folder():
+            entries = self.prepare()
+            work = self.missing(entries, retry=retry, overwrite=overwrite)
+            broken = run(work, partial(self.make, entries, work)) if len(work) else {}
+            return list(map(self._facts.shown, self.settle(entries))), broken
 
     @contextlib.contextmanager
     def lock_folder(self) -> Iterator[None]:
@@ -128,7 +161,7 @@ class RoundRun:
             for play, scoring in self.jobs(entry):
                 if {scoring.name, *([play.name] if play else [])} & set(standing.failures):
                     continue
-                state = state_of(scoring)
+                state = self._state_of_test(play, scoring)
                 wrong += self._misfits(entry, scoring, state)
                 if state.reached == "done" and not state.mismatches:
                     continue
@@ -140,7 +173,7 @@ class RoundRun:
                         plays.append(play)
         if wrong and not overwrite:
             raise mismatch_error(wrong)
-        self._facts(entries).save(self.folder)
+        self._save_facts(entries)
         for entry in retried:
             entry.standing.save(self.home(entry))
         return PendingJobs(tuple(plays), tuple(scorings))
@@ -178,15 +211,35 @@ class RoundRun:
         for entry in entries:
             standing = self._standing(entry)
             if entry.folder is not None and not standing.failures:
-                states = [state_of(test) for _, test in self.jobs(entry)]
-                done = all(state.reached == "done" and not state.mismatches for state in states)
-                tests = [state.result for state in states if state.result and not state.mismatches]
-                seconds = sum(sum(test.seconds.values()) for test in tests)
-                changes = {"status": SCORED if done else WAITING, "seconds": seconds}
-                standing = standing.model_copy(update=changes)
-                standing.save(self.home(entry))
+                standing = standing.model_copy(update=self._outcome(entry))
+            standing.save(self.home(entry))
             standings.append(standing)
         return standings
+
+    def _outcome(self, entry: Entry) -> dict[str, Any]:
+        """What the tests of a submission change of its standing, if none of its jobs failed."""
+        states = [self._state_of_test(*pair) for pair in self.jobs(entry)]
+        done = all(state.reached == "done" and not state.mismatches for state in states)
+        tests = [state.result for state in states if state.result and not state.mismatches]
+        seconds = sum(sum(test.seconds.values()) for test in tests)
+        if not done:
+            return {"status": WAITING, "detail": "", "seconds": seconds}
+        try:
+            check_one_test(tests)
+        except ResultError as error:
+            return {"status": BROKEN_RULE, "detail": str(error), "seconds": seconds}
+        return {"status": SCORED, "detail": "", "seconds": seconds}
+
+    def _state_of_test(self, play: PlayJob | None, test: ScoringJob) -> JobState:
+        """The state of a test: of the round only with the play that it learned from."""
+        state = state_of(test)
+        if state.result is None:
+            return state
+        condition = Condition.parse(self.round.condition)
+        reasons = [condition.control_mismatch(state.result.setting.control_version)]
+        if play is not None and not play.out.exists():
+            reasons.append(f"{play.out.name}, which it learned from, is gone")
+        return replace(state, mismatches=(*state.mismatches, *filter(None, reasons)))
 
     def home(self, entry: Entry) -> Path:
         """The folder of a version of a submission in this round."""
@@ -202,7 +255,7 @@ class RoundRun:
             if this_round.play == "own":
                 play = PlayJob(
                     **self._shared_fields(
-                        entry, seed, f"{entry.standing.key}-play{seed}", f"seed{seed}.h5"
+                        entry, seed, job_name(entry.standing.key, PLAY, seed), f"seed{seed}.h5"
                     ),
                     steps=this_round.steps,
                     images=None,
@@ -210,7 +263,7 @@ class RoundRun:
             run, length = (play.out, play.steps) if play else given[number] if given else (None, 0)
             scoring = ScoringJob(
                 **self._shared_fields(
-                    entry, seed, f"{entry.standing.key}-test{seed}", result_name(seed)
+                    entry, seed, job_name(entry.standing.key, TEST, seed), result_name(seed)
                 ),
                 trial_steps=this_round.trial_steps,
                 goals=self.competition.goals(self.name),
@@ -250,7 +303,12 @@ class RoundRun:
             entry.standing.save(home)
 
     def _standing(self, entry: Entry) -> Standing:
-        return Standing.load(self.home(entry)) or entry.standing
+        """Its standing as it was kept, if that is of the round as it is now."""
+        known = Standing.load(self.home(entry))
+        if known is None:
+            return entry.standing
+        standing = self._facts.without_old_failures(known)
+        return entry.standing if known.failures and not standing.failures else standing
 
     def _keep(self, entry: Entry, job: Job, failure: Failure) -> None:
         """Keep what ended a submission's job."""
@@ -261,10 +319,13 @@ class RoundRun:
             detail = detail.replace(f"{folder}/", "")
         failed = FailureRecord(
             status=STATUS_OF[failure.kind],
-            detail=f"{'play' if isinstance(job, PlayJob) else 'test'}, {detail}",
+            detail=f"{PLAY if isinstance(job, PlayJob) else TEST}, {detail}",
             seconds=round(failure.seconds, 1),
+            task_sha256=self._facts.task_sha256,
         )
-        self._standing(entry).with_failure(job.name, failed).save(self.home(entry))
+        standing = self._standing(entry)
+        failures = {**standing.failures, job.name: failed}
+        standing.with_failures(failures).save(self.home(entry))
 
     def _misfits(self, entry: Entry, job: Job, state: JobState) -> list[str]:
         """What in a job's file is not of this round, in a line, if anything."""
@@ -272,14 +333,17 @@ class RoundRun:
             return []
         return [f"{entry.version}/{mismatch_message(job, state.mismatches)}"]
 
-    def _facts(self, entries: Sequence[Entry]) -> RoundFacts:
+    def _save_facts(self, entries: Sequence[Entry]) -> None:
         known = RoundFacts.load(self.folder)
         current = {} if known is None else known.current
         current |= {entry.standing.key: entry.version for entry in entries}
+        self._facts.model_copy(update={"current": current}).save(self.folder)
+
+    @cached_property
+    def _facts(self) -> RoundFacts:
+        """The round as it is now, without its submissions."""
         recordings = [file_sha256(path) for path, _ in self._given]
-        return RoundFacts.of(
-            self.competition, self.name, self._goals, self._scene, recordings, current
-        )
+        return RoundFacts.of(self.competition, self.name, self._goals, self._scene, recordings)
 
     @cached_property
     def _given(self) -> list[tuple[Path, int]]:

@@ -16,7 +16,7 @@ from pydantic import (
 
 from real_bench.errors import ExperimentError, RealBenchError, faults
 from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
-from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.lengths import INTRINSIC_STEPS, LARGEST, TRIAL_STEPS
 from real_bench.nearest import unknown_name_hint
 from real_bench.sandbox.limits import Limits
 from real_bench.spelling import spelled
@@ -110,6 +110,12 @@ class Round(Record):
             raise ValueError("recordings go with `play: given`, and only with it")
         if self.play == "given" and self.repeats not in (1, len(self.recordings)):
             raise ValueError("each recording is one repeat: leave repeats out")
+        return self
+
+    @model_validator(mode="after")
+    def _check_seeds(self) -> Round:
+        if self.seeds[-1] > LARGEST:
+            raise ValueError("it has seeds of 2**63 or more")
         return self
 
     @property

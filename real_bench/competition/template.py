@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from real_bench.errors import SubmissionError
 from real_bench.files import check_folder, write_atomically
 from real_bench.submissions import MANIFEST, read_submission
+from real_bench.yaml_files import as_yaml
 
 _MANIFEST = """\
 # What the organisers and the leaderboard show.
@@ -61,9 +61,7 @@ def make_template(folder: Path, name: str, author: str, condition: str) -> None:
     if taken:
         raise SubmissionError(f"{folder / taken[0]} exists: use another folder")
     check_folder(folder, make=True)
-    content = _MANIFEST.format(
-        name=json.dumps(name), author=json.dumps(author), condition=condition
-    )
+    content = _MANIFEST.format(name=as_yaml(name), author=as_yaml(author), condition=condition)
     write_atomically(folder / "controller.py", CONTROLLER.encode())
     write_atomically(folder / MANIFEST, content.encode())
     try:

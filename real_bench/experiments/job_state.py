@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from real_bench.conditions import Condition
 from real_bench.counting import counted
 from real_bench.errors import (
     ControllerError,
@@ -111,6 +112,9 @@ def _state_of_play(job: PlayJob) -> JobState:
             **{name: getattr(job, name) for name in names},
         },
     )
+    condition = Condition.parse(header.condition)
+    if mismatch := condition.control_mismatch(header.control_version):
+        reasons.append(mismatch)
     if job.images and not header.images:
         reasons.append("no images")
     reasons += _controller_mismatches(job, header.controller, header.controller_sha256)

@@ -11,11 +11,14 @@ from pathlib import Path, PurePosixPath
 from real_bench.counting import counted
 from real_bench.errors import SubmissionError
 from real_bench.files import write_atomically
+from real_bench.sandbox.limits import TEMPORARY_BYTES
 from real_bench.source import ControllerSource
 from real_bench.submissions import MANIFEST, is_submission
 from real_bench.submissions.blame import as_submission_error
 
-MAX_BYTES = 4 * 2**30
+MAX_BYTES = TEMPORARY_BYTES * 3 // 4
+"""A controller works in a copy of it, in a folder of its own, where it needs room to write."""
+
 MAX_FILES = 10_000
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """The date of every file in an archive, so that the same submission gives the same bytes."""
@@ -30,10 +33,15 @@ def files_to_submit(source: ControllerSource) -> list[Path]:
     """The files of a submission, each to be packed, copied and hashed.
 
     Raises:
-        SubmissionError: they are too large or too many, or cannot be read.
+        SubmissionError: they are too large or too many, or cannot be read, or lack the manifest.
     """
     with as_submission_error(f"{source.place.name} cannot be read"):
         files = source.submitted_files()
+        if source.place / MANIFEST not in files:
+            raise SubmissionError(
+                f"{MANIFEST} is taken for a result or goals, which are not handed in: write it in "
+                "other words"
+            )
         for file in files:  # an archive, a bundle and a page can name only what is UTF-8
             str(file.relative_to(source.place)).encode()
         _check_size(source.place.name, [file.stat().st_size for file in files])
@@ -46,9 +54,9 @@ def pack(folder: Path, archive: Path) -> list[Path]:
     Raises:
         SubmissionError: it is not a submission, or too large.
     """
-    source = ControllerSource.of(str(folder))
-    if source.submission is None:
+    if not is_submission(folder):
         raise SubmissionError(f"{folder} is not a submission: it has no {MANIFEST}")
+    source = ControllerSource.of(str(folder.resolve()))
     files = files_to_submit(source)
     contents = ((file.relative_to(source.place).as_posix(), file.read_bytes()) for file in files)
     write_atomically(archive, zip_files(contents))
@@ -100,7 +108,7 @@ def _unpack_file(
 
 def copy_submission(folder: Path, to: Path) -> None:
     """Copy all files of a submission, and nothing else, into a new folder."""
-    source = ControllerSource.of(str(folder))
+    source = ControllerSource.of(str(folder.resolve()))
     files = files_to_submit(source)
     to.mkdir(parents=True)
     for file in files:
@@ -118,8 +126,8 @@ def open_submission(place: Path, folder: Path) -> Path:
     if place.is_dir():
         with as_submission_error(f"{place.name} cannot be read"):
             if not is_submission(place):
-                raise SubmissionError(f"{place.name} has no {MANIFEST}")
-        return place
+                raise SubmissionError(f"{place.resolve().name} has no {MANIFEST}")
+            return place.resolve()  # an installed controller may have its plain name
     if not place.is_file():
         raise SubmissionError(f"submission not found: {place}")
     unpack(place, folder)

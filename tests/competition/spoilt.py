@@ -77,7 +77,7 @@ def bomb(place: Path) -> None:
     """Its directory declares more than may be unpacked."""
     with zipfile.ZipFile(place.with_name(f"{place.name}.zip"), "w") as archive:
         archive.writestr("submission.yaml", json.dumps(MANIFEST))
-        archive.filelist[0].file_size = 5 * 2**30
+        archive.filelist[0].file_size = 2**30
 
 
 def modest_bomb(place: Path) -> None:
@@ -111,7 +111,7 @@ def many_files(place: Path) -> None:
 
 def too_large(place: Path) -> None:
     with (folder(place) / "data").open("wb") as file:
-        file.truncate(5 * 2**30)
+        file.truncate(2**30)
 
 
 def too_deep(place: Path) -> None:
@@ -194,7 +194,7 @@ SPOILT: dict[str, tuple[Spoil, str]] = {
     ),
     "lzma": (lambda place: packed(place, method=zipfile.ZIP_LZMA), "(deflate)"),
     "bzip2": (lambda place: packed(place, method=zipfile.ZIP_BZIP2), "(deflate)"),
-    "bomb": (bomb, "is too large: 1 file, 5,120 MiB"),
+    "bomb": (bomb, "is too large: 1 file, 1,024 MiB"),
     "modest_bomb": (modest_bomb, "cannot be unpacked: "),
     "name_not_utf8": (name_not_utf8_in_archive, "not UTF-8"),
     "long_name": (lambda place: packed(place, {"a" * 300: ""}), "File name too long"),

@@ -19,20 +19,26 @@ import pytest
 import yaml
 from PIL import Image
 
-from real_bench.competition.spec import Round
+from real_bench.competition.platform import score
+from real_bench.competition.spec import Round, read_competition
+from real_bench.competition.standing import FailureRecord
 from real_bench.goal_sets import load_goal_set
 from real_bench.submissions.packing import pack
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, ROUND, derived, rounds, submission
+from tests.competition.test_ranking import FACTS, row
 
 TASK_FILES = ("input_data", "reference_data", "ingestion_program", "scoring_program")
+TITLE = "Tiny 🤖"
 SHORT = {"play": "none", "trial_steps": 800}
 
 
 @pytest.fixture
 def unpacked(place: Path) -> Path:
     """A bundle, unpacked."""
-    return written(place, rounds(place, **SHORT, failure="zero"))
+    spec = rounds(place, **SHORT, failure="zero")
+    spec.write_text(spec.read_text().replace("Tiny", TITLE), encoding="utf-8")
+    return written(place, spec)
 
 
 def written(place: Path, spec: Path) -> Path:
@@ -45,6 +51,10 @@ def written(place: Path, spec: Path) -> Path:
 def test_bundle_has_everything_codabench_requires(unpacked: Path) -> None:
     told: dict[str, Any] = yaml.safe_load((unpacked / "competition.yaml").read_text())
     assert told["version"] == 2
+    assert told["title"] == TITLE
+    with zipfile.ZipFile(unpacked / "input_data_first.zip") as packed:
+        packed.extract("round.yaml", unpacked)
+    assert read_competition(unpacked / "round.yaml").title == TITLE
     assert {"title", "image", "terms", "docker_image"} <= set(told)
     assert told["docker_image"] == "me/realbench:1"
     Image.open(unpacked / told["image"]).verify()
@@ -91,6 +101,7 @@ def on_the_platform(bundle: Path, app: Path, archive: Path) -> tuple[Path, int]:
     for name, file in (("ingested_program", archive), ("input_data", bundle / task["input_data"])):
         with zipfile.ZipFile(file) as packed:
             packed.extractall(app / "ingestion" / name)
+    (app / "ingestion" / "ingested_program" / "link").symlink_to("nowhere")
     (app / "ingestion" / "output").mkdir()
     done = run_program(bundle / task["ingestion_program"], app / "ingestion")
     assert done.returncode == 0, done.stderr
@@ -146,6 +157,18 @@ def test_a_failure_counts_as_the_round_says(place: Path, failure: str, code: int
     assert file.exists() == (code == 0)
     if code == 0:
         assert set(json.loads(file.read_text()).values()) == {0.0}
+
+
+def test_scoring_program_does_not_tell_what_a_controller_says_of_secret_goals(
+    tmp_path: Path,
+) -> None:
+    left = tmp_path / "in" / "res"
+    left.mkdir(parents=True)
+    FACTS.model_copy(update={"hidden": True, "failure": "excluded"}).save(left)
+    failed = {"mine-test0": FailureRecord(status="crashed", detail="test, goal 0: it is at 0.1, 0")}
+    row("mine", None, "crashed").standing.with_failures(failed).save(left)
+    with pytest.raises(SystemExit, match=r"^crashed: test, goal 0 \(why is not told"):
+        score(tmp_path / "in", tmp_path / "out")
 
 
 def test_goals_are_only_in_data_hidden_from_participants(unpacked: Path, place: Path) -> None:

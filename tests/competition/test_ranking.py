@@ -1,17 +1,20 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from real_bench.competition.leaderboard import Leaderboard, notes
+from real_bench.competition.leaderboard import Leaderboard, cells, notes
 from real_bench.competition.ranking import Row, ranked, read_rows
-from real_bench.competition.round_file import RoundFacts
-from real_bench.competition.standing import Standing, Status
+from real_bench.competition.round_file import NOT_OF_THIS_ROUND, RoundFacts, result_name
+from real_bench.competition.standing import UNTOLD, FailureRecord, Standing, Status
 from real_bench.scoring.comparison import compare
 from real_bench.scoring.repeats import by_goal, summarise_repeats
+from real_bench.scoring.result import Learned
 from tests.scoring.bench import made
 
 DISTANCES = st.lists(st.floats(0.0, 0.5), min_size=8, max_size=8)
@@ -53,6 +56,13 @@ def test_equal_submissions_share_a_rank_under_every_rule() -> None:
         assert ranks(ranked(rows, "zero", ties)) == [("a", 1), ("b", 1)]
 
 
+def test_board_tells_submissions_of_the_same_name_apart() -> None:
+    rows = [row("a", [0.1]), row("b", [0.2]), row("c", None, "crashed")]
+    same = [replace(each, standing=each.standing.model_copy(update={"name": "N"})) for each in rows]
+    board = Leaderboard(FACTS, (same[0], same[1], rows[2]))
+    assert [cells(board, each)[1] for each in board.rows] == ["N (a)", "N (b)", "c"]
+
+
 def test_waiting_submission_has_no_rank() -> None:
     rows = [row("a", None, "waiting"), row("b", None, "refused"), row("c", [0.1, 0.2])]
     assert ranks(ranked(rows, "zero", "paired")) == [("c", 1), ("b", 2), ("a", None)]
@@ -89,6 +99,46 @@ def test_damaged_result_leaves_the_others_on_the_board(tmp_path: Path) -> None:
     assert {standing.status for standing in rows.values()} == {"waiting"}
     assert "score1.json" in rows["damaged"].detail
     assert str(tmp_path) not in rows["damaged"].detail
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"learned": Learned(code_sha256="", settings={})}, "some continued from what was learned"),
+        ({"settings": {"depth": 1}}, "results of different tests are never averaged"),
+        ({"control_version": 2}, NOT_OF_THIS_ROUND),
+        ({"run_steps": 4000, "run_sha256": "5" * 64}, NOT_OF_THIS_ROUND),
+        ({"distances": [0.1]}, NOT_OF_THIS_ROUND),
+    ],
+)
+def test_odd_result_leaves_the_others_on_the_board(
+    tmp_path: Path, changes: dict[str, Any], told: str
+) -> None:
+    """Of another test than its fellows, another version of control, after a play, unfinished."""
+    shape = {"play": "none", "seeds": (0, 1), "n_goals": 2, "trial_steps": 10_000}
+    known = {"goals_sha256": "3" * 64, "control_version": 1}
+    facts = FACTS.model_copy(update={**shape, **known})
+    for key, distance, changed in (("fine", 0.2, {}), ("odd", 0.1, changes)):
+        (tmp_path / key).mkdir()
+        row(key, None).standing.save(tmp_path / key)
+        for seed in facts.seeds:
+            fields = {"distances": [distance, 0.3], "n_goals": 2, **(changed if seed else {})}
+            made(seed=seed, **fields).save(tmp_path / key / result_name(seed))
+    found = ranked(read_rows(tmp_path, facts), "zero", "paired")
+    assert ranks(found) == [("fine", 1), ("odd", None)]
+    assert told in found[1].standing.detail
+
+
+@given(place=st.sampled_from(["play", "test", "test, goal 7"]), text=st.text())
+def test_failure_without_its_reason_has_nothing_of_the_controllers_text(
+    place: str, text: str
+) -> None:
+    """But for a number of six digits, where it pretends that it is at a goal."""
+    failed = FailureRecord(status="crashed", detail=f"{place}, {text}")
+    goal = len(", goal 123456")
+    assert len(failed.without_reason().detail) <= len(f"{place} ({UNTOLD})") + goal
+    at_goal = FailureRecord(status="crashed", detail=f"test, goal 12: {text}")
+    assert at_goal.without_reason().detail == f"test, goal 12 ({UNTOLD})"
 
 
 @pytest.mark.parametrize(("status", "counts"), [("waiting", False), ("refused", True)])

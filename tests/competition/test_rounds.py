@@ -14,13 +14,19 @@ from typing import Any
 import pytest
 
 from real_bench.competition.entries import Entry, read_entries
+from real_bench.competition.leaderboard import read_leaderboards
 from real_bench.competition.round_file import load_round
 from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
+from real_bench.controls import CONTROLS
+from real_bench.errors import ExperimentError
+from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.scoring.result import load_result
+from real_bench.simulation import Scene
 from real_bench.submissions.packing import pack
 from tests.cli.shell import killed_at_work, realbench
 from tests.competition.five import CRASHING, GOOD, MEMORY, ROUND, derived, rounds, submission
+from tests.competition.test_bundles import forge
 
 
 def rows_of(place: Path, name: str = "first") -> dict[str, Any]:
@@ -149,6 +155,58 @@ def test_failed_submission_is_retried_on_request(place: Path) -> None:
     assert "to run: 1 play and 1 test, " in done.stderr
 
 
+def test_only_what_is_of_the_round_as_it_is_now_counts(
+    place: Path, builtin_scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of results, what they learned from, and failures."""
+    submissions = place / "submissions"
+    submission(submissions / "good", GOOD)
+    submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
+
+    def held(**changes: Any) -> tuple[RoundRun, list[Entry]]:
+        path = rounds(place, steps=1000, trial_steps=500, repeats=2, **changes)
+        held = RoundRun(read_competition(path), "first", submissions)
+        return held, held.prepare()
+
+    def statuses(held: RoundRun, entries: list[Entry]) -> list[str]:
+        return [standing.status for standing in held.settle(entries)]
+
+    now, entries = held()
+    assert [standing.status for standing in now.hold()[0]] == ["crashed", "scored"]
+    home = now.home(entries[1])
+    result, recording = home / "seed1.json", home / "seed1.h5"
+    whole = result.read_bytes()
+    forge(result, lambda content: content["setting"].update(learned=None))
+    crashed, broken = now.settle(entries)
+    assert (crashed.status, broken.status) == ("crashed", "broken rule")
+    assert "some continued from what was learned at play" in broken.detail
+    result.write_bytes(whole)
+    assert statuses(now, entries) == ["crashed", "scored"]
+
+    recording.rename(place / "elsewhere.h5")
+    with pytest.raises(ExperimentError, match=r"seed1\.h5, which it learned from, is gone"):
+        now.missing(entries)
+    assert statuses(now, entries) == ["crashed", "waiting"]
+    (place / "elsewhere.h5").rename(recording)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(CONTROLS["M"], "version", 3)
+        with pytest.raises(ExperimentError, match=r"seed0\.h5 does not .* have version 2, this"):
+            now.missing(entries)
+
+    other, entries = held(seed=1)
+    pending = other.missing(entries)
+    assert {job.name for job in pending.plays} == {"crashing-play2", "good-play2"}
+    assert statuses(other, entries) == ["crashed", "waiting"]
+    save_goal_set(generate_goal_set(builtin_scene, 1, 6, {"2D": 1}), place / "other.npy")
+    other, entries = held(seed=1, goals="other.npy")
+    pending = other.missing(entries, overwrite=True)
+    assert {"crashing-test1", "crashing-test2"} < {job.name for job in pending.scorings}
+    board = read_leaderboards(other.folder)[0]
+    assert [row.standing.status for row in board.rows] == ["waiting", "waiting"]
+    assert statuses(other, entries) == ["waiting", "waiting"]
+
+
 def test_submissions_can_learn_from_given_recordings(place: Path) -> None:
     """All learn from the same ones: a test each."""
     play = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin"]
@@ -203,6 +261,7 @@ def test_package_index_that_does_not_answer_is_no_fault_of_a_submission(
         ({"limits": {"memory": 1}}, "rounds.first.limits: "),
         ({"play": "given"}, "recordings go with `play: given`"),
         ({"ties": "maybe"}, "rounds.first.ties: "),
+        ({"seed": 2**63 - 2, "repeats": 3}, "rounds.first: it has seeds of 2**63 or more"),
         ({"goals": "none.npy"}, "none.npy"),
     ],
 )

@@ -13,8 +13,15 @@ from real_bench.goal_sets import generate_goal_set, load_goal_set
 from real_bench.goal_sets.secret import Opening, draw_secret_goals, is_reproduced, read_opening
 from real_bench.simulation import Scene
 from tests.cli.shell import realbench
-from tests.competition.five import GOOD, rounds, submission
+from tests.competition.five import GOOD, derived, rounds, submission
 
+TELLING = """
+
+class Telling(Good):
+    def next_action(self, observation):
+        code = "raise type('LEAK1', (ValueError,), {})('LEAK2')"
+        exec(compile(code, __file__.replace("controller.py", "LEAK3.py"), "exec"))
+"""
 FEW = ["--scene", "builtin", "--2d", "1", "--25d", "1", "--3d", "0"]
 
 
@@ -108,22 +115,33 @@ def test_a_commitment_to_other_goals_is_refused_before_a_round_begins(
 
 
 def test_secret_goals_stay_unpublished_until_released(place: Path, secret: str) -> None:
-    """Neither on the site nor in a report."""
+    """Neither on the site nor in a report, nor by what a controller that met them says."""
     submission(place / "submissions" / "good", GOOD)
+    telling = derived(TELLING)
+    submission(place / "submissions" / "telling", telling, entry="controller.py:Telling")
     asked: dict[str, Any] = {"goals": "secret.npy", "play": "none", "trial_steps": 800}
     asked["commitment"] = f" {secret.upper()}"
     run = ["round", "run", "submissions"]
-    realbench(place, *run, rounds(place, **asked))
+    ran = realbench(place, *run, rounds(place, **asked), "--junit", "j.xml")
+    (standing,) = (place / "results" / "first").glob("telling-*/standing.json")
+    assert all(f"LEAK{number}" in standing.read_text() for number in (1, 2, 3))
+    assert "why they failed: " in ran.stdout
+    shown = ["leaderboard", "results", "--format"]
+    formats = [realbench(place, *shown, form).stdout for form in ("text", "markdown", "json")]
+    assert all("test, goal 0 (why is not told" in told for told in formats)
     done = realbench(place, "leaderboard", "results", "--site", "site", "--films")
     assert "its goals are secret, so the site does not show them" in done.stderr
     pages = [path.read_text() for path in (place / "site").iterdir() if path.is_file()]
     assert not any("data:image" in page or "<img" in page for page in pages)
+    outputs = [ran.stdout, ran.stderr, (place / "j.xml").read_text(), *formats, *pages]
+    assert not any("LEAK" in output for output in outputs)
     assert not (place / "site" / "films").exists()
     numbers = (place / "site" / "leaderboard.json").read_text()
     assert "secret.npy" not in "".join(pages)
     assert "final_poses" not in numbers
     assert '"distances"' not in numbers
-    assert f"secret until they are released (commitment {secret})" in pages[0] + "".join(pages)
+    committed = f"commitment to the goals: {secret}"
+    assert committed in (place / "site" / "index.html").read_text()
     result = str(next((place / "results" / "first").glob("good-*/seed0.json")))
     report = ["report", result, "--goals", "secret.npy", "--out", "r.html"]
     assert "use --released once they may be seen" in realbench(place, *report, code=1).stderr
@@ -133,3 +151,5 @@ def test_secret_goals_stay_unpublished_until_released(place: Path, secret: str) 
     site = ["leaderboard", "results", "--site", "site", "--overwrite"]
     assert "secret" not in realbench(place, *site).stderr
     assert "data:image" in (place / "site" / "first~good.html").read_text()
+    assert "LEAK2" in (place / "site" / "first~telling.html").read_text()
+    assert committed in (place / "site" / "index.html").read_text()

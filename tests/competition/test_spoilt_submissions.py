@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from datetime import datetime, timezone
+from itertools import islice
 from pathlib import Path
 
 import pytest
 
 from real_bench.benchmark_files import is_benchmark_file
+from real_bench.competition.checking import SubmissionCheck
 from real_bench.competition.entries import Entry, read_entries
 from real_bench.competition.standing import Standing
+from real_bench.source import ControllerSource
+from real_bench.submissions.packing import pack
 from tests.cli.shell import realbench
 from tests.competition.five import GOOD, rounds, submission
 from tests.competition.spoilt import SPOILT, packed
@@ -71,6 +76,56 @@ def test_round_with_spoilt_submissions_scores_the_good_one(place: Path, handed_i
     told = realbench(place, "leaderboard", "results", "--format", "json").stdout
     rows = {row["key"]: row["status"] for row in json.loads(told)["first"]["rows"]}
     assert rows == {"good": "scored", **dict.fromkeys(MADE, "refused")}
+
+
+def test_nothing_handed_in_is_left_out_without_a_word(
+    handed_in: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An archive is unpacked beside the results, since the system's place may be small."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    packed(handed_in / "upper").rename(handed_in / "UPPER.ZIP")
+    packed(handed_in / "good")
+    for name in ("a b", "a_b"):
+        submission(handed_in / name, GOOD)
+    (submission(handed_in / "venv", GOOD) / "pyvenv.cfg").touch()
+    for name in ("notes.tar.gz", ".notes"):
+        (handed_in / name).touch()
+    (handed_in / "link").symlink_to(handed_in / "good")
+    entries = {key.partition(",")[0]: entry for key, entry in taken_in(handed_in, tmp_path).items()}
+    details = {key: entry.standing.detail for key, entry in entries.items()}
+    assert details.pop("good") == "good has the same name: rename one"
+    assert details.pop("venv") == details.pop("link")
+    assert details.pop("notes.tar.gz") == "it is neither a folder nor a zip"
+    assert set(details.values()) == {""}
+    assert len(details) == len({"UPPER", "a b", "a_b"})
+
+
+def test_copy_of_a_submission_is_the_one_that_was_handed_in(
+    handed_in: Path, tmp_path: Path
+) -> None:
+    copy = taken_in(handed_in, tmp_path)["good"].folder
+    assert copy is not None
+    whole = (copy / "controller.py").read_bytes()
+    (copy / "controller.py").write_bytes(whole[:100])
+    assert read_entries(handed_in, tmp_path / "results", "OM")[0].folder == copy
+    assert (copy / "controller.py").read_bytes() == whole
+    (copy / "submission.yaml").unlink()
+    read_entries(handed_in, tmp_path / "results", "OM")
+    assert (copy / "submission.yaml").exists()
+
+
+def test_submission_called_like_an_installed_controller_is_not_taken_for_it(
+    handed_in: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = submission(handed_in / "real_r", GOOD)
+    sha256 = ControllerSource.of(str(folder)).code_sha256
+    monkeypatch.chdir(handed_in)
+    assert len(pack(Path("real_r"), tmp_path / "mine.zip")) == 2
+    *_, told = islice(SubmissionCheck(Path("real_r")).findings(), 3)
+    assert told.detail == f"{sha256} over 2 files"
+    entries = read_entries(Path(), tmp_path / "results", "OM")
+    assert entries[1].standing.sha256 == sha256
+    assert entries[1].folder is not None
 
 
 @pytest.mark.parametrize(

@@ -36,9 +36,11 @@ def sha256(folder: Path) -> str:
 
 
 def test_new_submission_passes_its_check_unchanged(place: Path) -> None:
-    realbench(place, "submission", "init", "mine", "--name", "Push, see", "--author", "A. Turing")
+    realbench(
+        place, "submission", "init", "mine", "--name", "Push 🤖, see", "--author", "A. Turing"
+    )
     done = realbench(place, "submission", "check", "mine", "--junit", "j.xml")
-    assert "ok  says      Push, see, by A. Turing, for OM" in done.stdout
+    assert "ok  says      Push 🤖, see, by A. Turing, for OM" in done.stdout
     assert "ok  plays " in done.stdout
     suite = next(iter(JUnitXml.fromfile(place / "j.xml")))
     assert suite.failures == suite.errors == 0
