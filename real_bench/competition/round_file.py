@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -13,6 +12,7 @@ from real_bench.competition.kept import KeptRecord
 from real_bench.competition.spec import Competition
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
+from real_bench.sandbox.limits import Limits
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
 
@@ -44,7 +44,7 @@ class RoundFacts(KeptRecord):
     steps: int
     trial_steps: int
     repeats: int
-    limits: dict[str, float]
+    limits: Limits
     failure: str
     ties: str
     goals: str
@@ -73,7 +73,7 @@ class RoundFacts(KeptRecord):
             field: getattr(chosen, field)
             for field in (
                 *("condition", "objects", "play", "steps", "trial_steps"),
-                *("failure", "ties", "commitment"),
+                *("limits", "failure", "ties", "commitment"),
             )
         }
         return cls(
@@ -85,7 +85,6 @@ class RoundFacts(KeptRecord):
             repeats=len(chosen.seeds),
             seeds=tuple(chosen.seeds),
             current=dict(current),
-            limits=asdict(chosen.limits),
             goals=str(competition.goals(name).resolve()),
             goals_sha256=goals.sha256,
             n_goals=len(goals),
