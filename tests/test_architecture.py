@@ -92,6 +92,8 @@ def test_simulation_knows_helpers_alone() -> None:
         ("real_x", {"task", "phases", "scoring", "real_g"}),
         ("real_g", {"task", "phases", "scoring"}),
         ("experiments", {"progress", "competition", "verification", "figures", "report"}),
+        ("replay", {"verification", "competition", "experiments", "exporting", "sandbox"}),
+        ("verification", {"competition", "experiments", "progress", "report", "figures"}),
         ("submissions", {"phases", "scoring", "experiments", "verification", "competition"}),
         ("competition", {"progress", "real_x", "real_g"}),
         ("progress", {"experiments", "phases", "competition"}),

@@ -45,8 +45,8 @@ def leaderboard(
     """Rank the submissions of the rounds in RESULTS.
 
     Prints rank, mean, 95% interval, the score on each class of goals, status, date, hash, and
-    whether the results were verified (`realbench verify RESULTS --goals GOALS`). The site shows
-    pictures of secret goals only once the round says that they are released.
+    whether the results were verified (`realbench verify RESULTS`). The site shows pictures of
+    secret goals only once the round says that they are released.
     """
     from real_bench.competition import leaderboard as boards
 

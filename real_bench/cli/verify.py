@@ -50,7 +50,11 @@ OPTIONS = {
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=options.FILE)
-@click.option("--goals", type=options.FILE, help="Goal set of a result. [default: the shipped one]")
+@click.option(
+    "--goals",
+    type=options.FILE,
+    help="Goal set of the results. [default: that of their round, or the shipped one]",
+)
 @click.option(
     "--run", type=options.FILE, help="Also check the recording that a result learned from."
 )
@@ -80,14 +84,15 @@ OPTIONS = {
     "n_again",
     type=click.IntRange(min=0),
     metavar="N",
-    help="In a folder, let each submission learn and act again, isolated, on N goals; 0: run none. "
-    "[default: 2]",
+    help="In a folder, let each submission learn and act again, isolated, on N goals drawn at "
+    "random; 0: run none. [default: 2]",
 )
 @click.option(
     "--play-again",
     is_flag=True,
     default=None,
-    help="In a folder, let each submission play again (takes as long as the play).",
+    help="In a folder, let each submission play again (takes as long as the play; if it differs, "
+    "twice as long).",
 )
 @options.scene_option
 @options.limit_options
@@ -103,8 +108,8 @@ def verify(
 
     A bundle is what somebody sends in: a result, the recording that it learned from, and the
     submission. It is checked as a whole: the same code and settings played and were tested, play
-    and trials replay, and the submission learns and acts the same again. Verdicts on a round's
-    results are kept for its leaderboard.
+    and trials replay, and the submission learns and acts the same again. Of a round, what its
+    leaderboard shows is verified, within the round's limits, and the verdicts are kept for it.
     """
     kind = _kind(file)
     for name, value in given.items():
@@ -125,11 +130,10 @@ def verify(
 
 def _verify_folder(folder: Path, as_json: bool, limits: dict[str, float], **wanted: Any) -> None:
     from real_bench.cli.verifying import verify_folder
-    from real_bench.sandbox import Limits
 
     if wanted.get("n_again", 1) or wanted.get("play_again"):
         options.print_isolation()
-    verdicts = verify_folder(folder, as_json=as_json, limits=Limits(**limits), **wanted)
+    verdicts = verify_folder(folder, as_json=as_json, limits=limits, **wanted)
     if any(not verdict.holds and not verdict.is_undecided for verdict in verdicts):
         sys.exit(DOES_NOT_VERIFY)
     if not all(verdict.holds for verdict in verdicts):

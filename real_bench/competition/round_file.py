@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -17,6 +16,7 @@ from real_bench.competition.standing import WAITING, Standing
 from real_bench.conditions import Condition
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import GoalSet
+from real_bench.sandbox.limits import Limits
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
 
@@ -52,7 +52,7 @@ class RoundFacts(KeptRecord):
     steps: int
     trial_steps: int
     repeats: int
-    limits: dict[str, float]
+    limits: Limits
     failure: str
     ties: str
     goals: str
@@ -81,7 +81,7 @@ class RoundFacts(KeptRecord):
             field: getattr(chosen, field)
             for field in (
                 *("condition", "objects", "play", "steps", "trial_steps"),
-                *("failure", "ties", "commitment"),
+                *("limits", "failure", "ties", "commitment"),
             )
         }
         return cls(
@@ -93,7 +93,6 @@ class RoundFacts(KeptRecord):
             recordings=tuple(recordings),
             repeats=len(chosen.seeds),
             seeds=tuple(chosen.seeds),
-            limits=asdict(chosen.limits),
             goals=str(competition.goals(name).resolve()),
             goals_sha256=goals.sha256,
             n_goals=len(goals),

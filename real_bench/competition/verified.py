@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import ClassVar
 
 from real_bench.competition.kept import KeptRecord
-from real_bench.competition.standing import Standing
 from real_bench.verification import BundleVerdict
 
 
@@ -38,26 +37,22 @@ def load_verified(home: Path, results: Sequence[str]) -> KeptVerdict | None:
     return verified if verified and set(results) <= set(verified.results) else None
 
 
-def keep_verdicts(verdicts: Sequence[BundleVerdict]) -> None:
-    """Keep verdicts on a round's results beside them, for its leaderboard.
+def keep_verdicts(home: Path, verdicts: Sequence[BundleVerdict]) -> None:
+    """Keep verdicts on a submission's results in a round beside them, for the leaderboard.
 
     A submission is verified where all its results are. If one fails, it is not; otherwise nothing
     is kept where one is undecided.
     """
-    for home in {verdict.bundle.result.parent for verdict in verdicts}:
-        mine = [verdict for verdict in verdicts if verdict.bundle.result.parent == home]
-        if not (home / Standing.FILE).exists():
-            continue
-        worst = max(mine, key=lambda each: (_fails(each), each.is_undecided, len(each.unchecked)))
-        if worst.is_undecided:
-            continue
-        KeptVerdict(
-            results=tuple(verdict.result_sha256 for verdict in mine),
-            holds=worst.holds,
-            unchecked=worst.unchecked,
-            detail=worst.detail,
-            date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
-        ).save(home)
+    worst = max(verdicts, key=lambda each: (_fails(each), each.is_undecided, len(each.unchecked)))
+    if worst.is_undecided:
+        return
+    KeptVerdict(
+        results=tuple(verdict.result_sha256 for verdict in verdicts),
+        holds=worst.holds,
+        unchecked=worst.unchecked,
+        detail=worst.detail,
+        date=datetime.now(timezone.utc).isoformat(timespec="seconds"),
+    ).save(home)
 
 
 def _fails(verdict: BundleVerdict) -> bool:

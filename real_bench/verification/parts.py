@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 HOLDS, IN_PART, FAILS = "holds", "in part", "FAILS"
 UNDECIDED, NOT_CHECKED = "undecided", "not checked"
+DISPUTED = "disputed"
+"""It fails unless the submission plays the same again; no part keeps this verdict."""
 
 PartOutcome = tuple[str, str]
 """A verdict, one of these, and why."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from real_bench.conditions import Condition
 from real_bench.counting import counted
-from real_bench.errors import Interrupted, ResultError
+from real_bench.errors import GoalSetError, Interrupted, ResultError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.workers import in_processes
@@ -131,7 +131,7 @@ class ResultVerification:
         return scene
 
     def _goal_set(self, setting: Setting, scene: Scene) -> GoalSet:
-        goal_set = load_goal_set(self.goals or shipped_goal_set(setting.objects, setting.scene))
+        goal_set = load_goal_set(self.goals or self._shipped_goals(setting))
         if goal_set.sha256 != setting.goals_sha256:
             which = str(self.goals) if self.goals else "the shipped ones"
             kind = ResultError if self.goals else NotGivenError
@@ -145,6 +145,14 @@ class ResultVerification:
             size = counted(max(setting.set_size, largest + 1), "goal")
             raise ResultError(f"{self.path} is on a set of {size}, this one has {len(goal_set)}")
         return goal_set
+
+    def _shipped_goals(self, setting: Setting) -> Path:
+        try:
+            return shipped_goal_set(setting.objects, setting.scene)
+        except GoalSetError as error:
+            raise NotGivenError(
+                f"{self.path} is not on goals that ship: give its goals with --goals"
+            ) from error
 
     def _checks(
         self, make: Callable[[], TrialReplayer], trials: tuple[TrialResult, ...], stop: StopRequest

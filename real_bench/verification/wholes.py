@@ -8,16 +8,26 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from real_bench.errors import RealBenchError
+from real_bench.errors import (
+    ActionError,
+    ControllerError,
+    GoalSetError,
+    OutOfMemoryError,
+    OutOfTimeError,
+    PhysicsError,
+    RealBenchError,
+    RecordingError,
+    ResultError,
+)
 from real_bench.files import file_sha256
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
 from real_bench.source import ControllerSource
-from real_bench.submissions.requirements import UnreachableError
 from real_bench.verification.bundles import Bundle
-from real_bench.verification.doing_again import LEARNS_OTHERWISE, check_actions, check_play
+from real_bench.verification.doing_again import check_actions, check_play
 from real_bench.verification.parts import (
+    DISPUTED,
     FAILS,
     HOLDS,
     IN_PART,
@@ -32,6 +42,11 @@ from real_bench.verification.results import NotGivenError, ResultVerification
 OnReplay = Callable[[int, int], None]
 
 PLAY = "play"
+
+FAULTS = (ActionError, ControllerError, GoalSetError, PhysicsError, RecordingError, ResultError)
+EXCUSED = (NotGivenError, OutOfMemoryError, OutOfTimeError)
+"""Errors that a bundle is to blame for: the first, but not the second. For any other it is this
+machine (its temporary files, packages, processes), or what was not given."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +146,7 @@ class BundleVerification:
         self._of_recording(self.bundle.recording or Path())
 
     def verify(self, report: OnReplay = lambda done, total: None) -> BundleVerdict:
-        """Check part by part; a part that cannot be read fails.
+        """Check part by part; a part that cannot be read fails, if the bundle is to blame.
 
         Raises:
             Interrupted: the user stopped it.
@@ -157,10 +172,9 @@ class BundleVerification:
         for what, check in checks.items():
             try:
                 verdict, detail = check()
-            except (NotGivenError, UnreachableError) as error:
-                verdict, detail = UNDECIDED, str(error)
             except RealBenchError as error:
-                verdict, detail = FAILS, str(error)
+                is_fault = isinstance(error, FAULTS) and not isinstance(error, EXCUSED)
+                verdict, detail = FAILS if is_fault else UNDECIDED, str(error)
             parts.append(Part(what, verdict, _without_folder(detail, self.bundle)))
         return BundleVerdict(self.bundle, sha256, score, tuple(_with_state_decided(parts)))
 
@@ -238,13 +252,15 @@ class BundleVerification:
 
 
 def _with_state_decided(parts: Sequence[Part]) -> Iterator[Part]:
-    """The parts; a state that no recording explains holds if the play that was repeated does."""
+    """The parts; a disputed state holds if the play that was repeated does, or else fails."""
     plays = any(part.what == PLAY and part.verdict == HOLDS for part in parts)
     for part in parts:
-        if plays and (part.verdict, part.detail) == (FAILS, LEARNS_OTHERWISE):
+        if part.verdict != DISPUTED:
+            yield part
+        elif plays:
             yield Part(part.what, HOLDS, "it acts the same again, and plays to the same state")
         else:
-            yield part
+            yield Part(part.what, FAILS, part.detail)
 
 
 def _any_failed(parts: Iterable[Part]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,55 +14,23 @@ from typing import Any
 import h5py
 import pytest
 
-from real_bench.competition.verified import KeptVerdict, keep_verdicts, load_verified
-from real_bench.files import file_sha256
 from real_bench.goal_sets import (
     generate_goal_set,
     load_goal_set,
     save_goal_set,
     shipped_goal_set,
 )
-from real_bench.scoring.result_file import sealed
+from real_bench.physics import PHYSICS, fingerprint
+from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
-from real_bench.verification import BundleVerdict, doing_again
-from real_bench.verification.bundles import Bundle as Bundled
-from real_bench.verification.parts import Part
+from real_bench.source import ControllerSource
+from real_bench.verification import ResultVerification, doing_again
+from real_bench.verification.doing_again import draw_trials
+from real_bench.verification.results import NotGivenError
 from tests.cli.shell import realbench
-from tests.competition.five import rounds, submission
-
-LEARNER = """
-import numpy as np
-
-from real_bench.actions import Action
-from real_bench.controller import Controller
-
-
-class Learner(Controller):
-    '''Learns one number from what it went through, and acts by it.'''
-
-    def __init__(self, action_space, observation_space):
-        super().__init__(action_space, observation_space)
-        self.seed(0)
-        self.learned = 0.0
-
-    def seed(self, seed):
-        self._random = np.random.default_rng(seed)
-
-    def next_action(self, observation):
-        x, y = self._random.uniform((-0.2, -0.4), (0.0, 0.4))
-        return Action.macro([[x, y], [x + self.learned, -y]])
-
-    def use_experience(self, experience):
-        if self.learned == 0.0:
-            commands = experience.action(0).commands
-            self.learned = float(np.abs(commands).sum() % 0.05) + 0.001
-
-    def get_state(self):
-        return {"learned": self.learned}
-
-    def set_state(self, state):
-        self.learned = state["learned"]
-"""
+from tests.competition.five import submission
+from tests.competition.learner import LEARNER, forge
+from tests.competition.wheels import wheel
 
 Bundle = Callable[..., Path]
 
@@ -95,13 +64,6 @@ def bundle(honest: Path, tmp_path: Path) -> Bundle:
     return bundle
 
 
-def forge(result: Path, change: Callable[[dict[str, Any]], None]) -> None:
-    """Change a result, and seal it anew."""
-    content = json.loads(result.read_text())
-    change(content)
-    result.write_text(json.dumps(sealed(content)))
-
-
 def verdict(place: Path, honest: Path, *options: str, code: int = 4) -> dict[str, Any]:
     goals = ["--goals", honest / "goals.npy"]
     done = realbench(place, "verify", ".", *goals, "--json", *options, code=code)
@@ -111,6 +73,10 @@ def verdict(place: Path, honest: Path, *options: str, code: int = 4) -> dict[str
 
 def parts(found: dict[str, Any]) -> dict[str, str]:
     return {part["what"]: part["verdict"] for part in found["parts"]}
+
+
+def detail(found: dict[str, Any], what: str) -> str:
+    return str(next(part["detail"] for part in found["parts"] if part["what"] == what))
 
 
 def test_honest_bundle_verifies_in_every_part(bundle: Bundle, honest: Path) -> None:
@@ -149,8 +115,6 @@ def test_code_swapped_after_the_play_is_found(bundle: Bundle, honest: Path) -> N
     (place / "submission" / "controller.py").write_text(LEARNER + "\nBETTER = True\n")
     found = verdict(place, honest)
     assert found["detail"] == "code: the submission is not the code that was tested"
-    from real_bench.source import ControllerSource
-
     swapped = ControllerSource.of(str(place / "submission")).code_sha256
 
     def hash_too(content: dict[str, Any]) -> None:
@@ -256,7 +220,7 @@ def test_state_that_no_recording_shows_holds_if_the_play_repeats(
     realbench(tmp_path, "extrinsic", "--run", "run.h5", "--isolate", *test)
     found = verdict(tmp_path, honest)
     assert parts(found)["state"] == "FAILS"
-    assert "(--play-again decides)" in found["detail"]
+    assert "--play-again decides" in found["detail"]
     found = verdict(tmp_path, honest, "--play-again", code=0)
     assert (parts(found)["state"], parts(found)["play"]) == ("holds", "holds")
 
@@ -271,7 +235,7 @@ def test_goals_that_were_tested_out_of_order_are_tried_again(bundle: Bundle, hon
     forge(place / "score.json", without_the_first)
     found = verdict(place, honest, "--allow-incomplete", code=0)
     assert parts(found)["state"] == "holds"
-    assert "(2 goals)" in next(part["detail"] for part in found["parts"] if part["what"] == "state")
+    assert "(2 goals: 1, 2)" in detail(found, "state")
 
 
 def test_another_recording_and_other_commands_are_found(bundle: Bundle, honest: Path) -> None:
@@ -317,26 +281,59 @@ def test_every_bundle_in_a_folder_gets_a_verdict(bundle: Bundle, honest: Path) -
     ]
     assert "verified: trials, settings (not checked: recording, code, state, play)" in lines[0]
     assert "\n  not checked: recording, " in done.stdout
+    assert re.search(r"\n  holds: state, .* \(2 goals: \d, \d\)\n", done.stdout)
     assert "NOT VERIFIED: result: score.json is damaged" in lines[1]
     assert "NOT VERIFIED: trials: " in lines[2]
     assert "honest/score.json: verified: trials, " in lines[3]
 
 
-def test_leaderboard_shows_that_a_round_was_verified(place: Path) -> None:
-    submission(place / "submissions" / "learner", LEARNER)
-    path = rounds(place, steps=2000, trial_steps=800)
-    realbench(place, "round", "run", "submissions", path)
-    goals = ["--goals", "goals.npy"]
-    done = realbench(place, "verify", "results", *goals, "--relearn", "1")
-    assert "verified: trials, recording, code, settings, state" in done.stdout
-    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
-    (row,) = json.loads(told)["first"]["rows"]
-    assert row["verified"]["holds"] is True
-    assert " yes " in realbench(place, "leaderboard", "results").stdout + " "
-    result = next((place / "results" / "first").glob("learner-*/seed0.json"))
-    forge(result, lambda content: content["trials"][0].update(distances=[0.0]))
-    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
-    assert json.loads(told)["first"]["rows"][0]["verified"] is None
+def test_goals_to_test_again_are_drawn_from_all(honest: Path) -> None:
+    """Those who learn from trial to trial begin at the first."""
+    trials = load_result(honest / "score1.json").trials
+    backwards = trials[::-1]
+    assert draw_trials(backwards, 2, in_order=True) == list(trials[:2])
+    for n in range(5):
+        draws = [draw_trials(backwards, n, in_order=False) for _ in range(60)]
+        for drawn in draws:
+            assert len(drawn) == min(n, len(trials))
+            assert drawn == [trial for trial in trials if trial in drawn]
+        assert n == 0 or {trial.goal for drawn in draws for trial in drawn} == {0, 1, 2}
+
+
+def test_what_cannot_be_had_here_is_no_fault_of_the_bundle(bundle: Bundle, honest: Path) -> None:
+    """A wheel for another platform, say: what was tested had it."""
+    place = bundle()
+    shutil.rmtree(place / "submission")
+    submission(place / "submission", LEARNER, requirements=["elsewhere"])
+    wheel(place / "submission" / "wheels")
+    here = ControllerSource.of(str(place / "submission")).code_sha256
+
+    def tested_so(content: dict[str, Any]) -> None:
+        content["setting"].update(controller_sha256=here, learned=None)
+
+    forge(place / "score.json", tested_so)
+    found = verdict(place, honest, code=5)
+    assert parts(found)["state"] == "undecided"
+    assert "its requirements (elsewhere) cannot be installed" in found["detail"]
+
+
+def test_play_that_cannot_be_repeated_proves_nothing(honest: Path, tmp_path: Path) -> None:
+    by_chance = LEARNER.replace("default_rng(seed)", "default_rng()")
+    submission(tmp_path / "submission", by_chance)
+    play = ["--scene", "builtin", "--steps", "1500", "--out", "run.h5"]
+    realbench(tmp_path, "intrinsic", "--controller", "submission", "--isolate", *play)
+    test = ["--goals", honest / "goals.npy", "--trial-steps", "1000", "--out", "score.json"]
+    realbench(tmp_path, "extrinsic", "--run", "run.h5", "--isolate", *test)
+    found = verdict(tmp_path, honest, "--relearn", "1", "--play-again", code=0)
+    assert (parts(found)["state"], parts(found)["play"]) == ("not checked", "not checked")
+    assert detail(found, "play") == "it does not play the same twice"
+    assert found["unchecked"] == ["state"]
+
+
+def test_commands_that_differ_under_other_physics_are_no_fault() -> None:
+    """What the controller saw there was not quite the same."""
+    assert doing_again._differs({PHYSICS: fingerprint()}, "it differs")[0] == "FAILS"
+    assert doing_again._differs({PHYSICS: "0" * 16}, "it differs")[0] == "undecided"
 
 
 def test_submission_with_a_name_that_is_no_text_gets_a_verdict(
@@ -358,56 +355,6 @@ def test_changed_recording_is_found_among_several(bundle: Bundle, honest: Path) 
     assert parts(found)["trials"] == "FAILS"
 
 
-def test_what_was_verified_in_part_is_shown_as_such(place: Path) -> None:
-    """Nor does it matter from where."""
-    submission(place / "submissions" / "learner", LEARNER)
-    path = rounds(place, steps=2000, trial_steps=800)
-    realbench(place, "round", "run", "submissions", path)
-    options = ["--goals", place / "goals.npy", "--relearn", "0", "--steps", "1000"]
-    realbench(place / "results" / "first", "verify", ".", *options)
-    board = realbench(place, "leaderboard", "results").stdout
-    assert " in part" in board
-    assert "in part: recording; not checked: state, play" in " ".join(board.split())
-
-
-def made_verdict(home: Path, name: str, *verdicts: str) -> BundleVerdict:
-    result = home / name
-    result.write_text(name)
-    made = tuple(Part(f"part{number}", verdict, "") for number, verdict in enumerate(verdicts))
-    return BundleVerdict(Bundled(result, None, None), file_sha256(result), 0.5, made)
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "kept"),
-    [
-        (["holds", "holds"], ["holds", "holds"], (True, ())),
-        (["holds", "holds"], ["holds", "in part"], (True, ("part1",))),
-        (["holds", "undecided"], ["FAILS", "holds"], (False, ())),
-        (["not checked", "holds"], ["FAILS", "holds"], (False, ())),
-        (["holds", "undecided"], ["holds", "holds"], None),
-    ],
-)
-def test_worst_verdict_of_several_is_kept(
-    tmp_path: Path, first: list[str], second: list[str], kept: tuple[bool, tuple[str, ...]] | None
-) -> None:
-    (tmp_path / "standing.json").write_text("{}")
-    keep_verdicts(
-        [made_verdict(tmp_path, "0.json", *first), made_verdict(tmp_path, "1.json", *second)]
-    )
-    found = KeptVerdict.load(tmp_path)
-    assert (found and (found.holds, found.unchecked)) == kept
-
-
-def test_verdict_is_of_the_file_that_was_verified(tmp_path: Path) -> None:
-    """Which may have changed during the hours that this took."""
-    (tmp_path / "standing.json").write_text("{}")
-    verdict = made_verdict(tmp_path, "0.json", "holds")
-    verdict.bundle.result.write_text("another")
-    keep_verdicts([verdict])
-    assert load_verified(tmp_path, [verdict.result_sha256]) is not None
-    assert load_verified(tmp_path, [file_sha256(verdict.bundle.result)]) is None
-
-
 def test_options_that_do_not_apply_are_refused(bundle: Bundle) -> None:
     place = bundle()
     done = realbench(place, "verify", "score.json", "--relearn", "1", code=2)
@@ -424,3 +371,6 @@ def test_goals_default_to_the_shipped_set_of_the_scene(scene: str) -> None:
     setting = SimpleNamespace(objects=1, scene=scene, goals_sha256=goals.sha256)
     result = SimpleNamespace(setting=setting)
     assert doing_again._goal_set(result, None).sha256 == goals.sha256  # type: ignore[arg-type]
+    setting.objects = 9
+    with pytest.raises(NotGivenError, match="give its goals with --goals"):
+        ResultVerification(Path("score.json"))._shipped_goals(setting)  # type: ignore[arg-type]
