@@ -22,7 +22,8 @@ COMMAND = Path(sys.executable).with_name("realbench")
 IMPORTED = [
     *("real_bench.cli", "real_bench.phases.plans", "real_bench.verification"),
     *("real_bench.experiments", "real_bench.competition", "real_bench.real_x", "real_bench.report"),
-    *("rich.progress", "scipy.stats", "torch", "tests.cli.warm"),
+    *("matplotlib.figure", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg"),
+    *("av", "rich.progress", "scipy.stats", "torch", "tests.cli.warm"),
 ]
 """Most commands import these, and short ones do little else."""
 
