@@ -131,9 +131,9 @@ def _installed_path() -> list[str]:
     return shown.stdout.strip().split(os.pathsep)
 
 
-def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5) -> GoalSet:
-    """Two 2D goals."""
-    return generate_goal_set(scene, n_objects, seed, counts={"2D": 2})
+def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5, n_goals: int = 2) -> GoalSet:
+    """Two 2D goals, or as many as are asked for."""
+    return generate_goal_set(scene, n_objects, seed, counts={"2D": n_goals})
 
 
 def write_controller(path: Path, *body: str, before: str = "") -> None:
