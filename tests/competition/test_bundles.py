@@ -322,20 +322,33 @@ def test_every_bundle_in_a_folder_gets_a_verdict(bundle: Bundle, honest: Path) -
     assert "honest/score.json: verified: trials, " in lines[3]
 
 
-def test_leaderboard_shows_that_a_round_was_verified(place: Path) -> None:
+@pytest.fixture(scope="module")
+def run_round(tmp_path_factory: pytest.TempPathFactory, goals_file: Path) -> Path:
+    """A folder in which a round was run, with one submission."""
+    place = tmp_path_factory.mktemp("round")
+    shutil.copy(goals_file, place / "goals.npy")
     submission(place / "submissions" / "learner", LEARNER)
-    path = rounds(place, steps=2000, trial_steps=800)
-    realbench(place, "round", "run", "submissions", path)
+    realbench(place, "round", "run", "submissions", rounds(place, steps=2000, trial_steps=800))
+    return place
+
+
+@pytest.fixture
+def held(run_round: Path, tmp_path: Path) -> Path:
+    """A copy of it."""
+    return shutil.copytree(run_round, tmp_path / "held")
+
+
+def test_leaderboard_shows_that_a_round_was_verified(held: Path) -> None:
     goals = ["--goals", "goals.npy"]
-    done = realbench(place, "verify", "results", *goals, "--relearn", "1")
+    done = realbench(held, "verify", "results", *goals, "--relearn", "1")
     assert "verified: trials, recording, code, settings, state" in done.stdout
-    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
+    told = realbench(held, "leaderboard", "results", "--format", "json").stdout
     (row,) = json.loads(told)["first"]["rows"]
     assert row["verified"]["holds"] is True
-    assert " yes " in realbench(place, "leaderboard", "results").stdout + " "
-    result = next((place / "results" / "first").glob("learner-*/seed0.json"))
+    assert " yes " in realbench(held, "leaderboard", "results").stdout + " "
+    result = next((held / "results" / "first").glob("learner-*/seed0.json"))
     forge(result, lambda content: content["trials"][0].update(distances=[0.0]))
-    told = realbench(place, "leaderboard", "results", "--format", "json").stdout
+    told = realbench(held, "leaderboard", "results", "--format", "json").stdout
     assert json.loads(told)["first"]["rows"][0]["verified"] is None
 
 
@@ -358,14 +371,11 @@ def test_changed_recording_is_found_among_several(bundle: Bundle, honest: Path) 
     assert parts(found)["trials"] == "FAILS"
 
 
-def test_what_was_verified_in_part_is_shown_as_such(place: Path) -> None:
+def test_what_was_verified_in_part_is_shown_as_such(held: Path) -> None:
     """Nor does it matter from where."""
-    submission(place / "submissions" / "learner", LEARNER)
-    path = rounds(place, steps=2000, trial_steps=800)
-    realbench(place, "round", "run", "submissions", path)
-    options = ["--goals", place / "goals.npy", "--relearn", "0", "--steps", "1000"]
-    realbench(place / "results" / "first", "verify", ".", *options)
-    board = realbench(place, "leaderboard", "results").stdout
+    options = ["--goals", held / "goals.npy", "--relearn", "0", "--steps", "1000"]
+    realbench(held / "results" / "first", "verify", ".", *options)
+    board = realbench(held, "leaderboard", "results").stdout
     assert " in part" in board
     assert "in part: recording; not checked: state, play" in " ".join(board.split())
 
