@@ -99,7 +99,9 @@ def test_same_requirements_are_installed_once_by_two_at_the_same_time(
 
 def test_check_finds_what_would_fail_after_hours_of_play(place: Path) -> None:
     """As in the last hook of a test; tests/phases/test_checking.py has the others."""
-    broken = "\n    def end_extrinsic_trial(self, observation, reward, done):\n        self.misspelt\n"
+    broken = (
+        "\n    def end_extrinsic_trial(self, observation, reward, done):\n        self.misspelt\n"
+    )
     submission(place / "mine", GOOD + broken)
     done = realbench(place, "submission", "check", "mine", code=3)
     assert "controller mine: end_extrinsic_trial() failed at " in done.stdout
