@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -42,7 +43,10 @@ def _imports(node: ast.AST) -> Iterator[str]:
         yield from _imports(child)
 
 
-GRAPH = {module: imports(module) for module in FILES}
+@cache
+def graph() -> dict[str, set[str]]:
+    """What each module imports."""
+    return {module: imports(module) for module in FILES}
 
 
 def part(module: str) -> str:
@@ -53,22 +57,22 @@ def part(module: str) -> str:
 def known_to(name: str) -> set[str]:
     """The parts of the package that a part of it knows, directly or through others."""
     found: set[str] = set()
-    left = [module for module in GRAPH if part(module) == name]
+    left = [module for module in graph() if part(module) == name]
     assert left
     while left:
-        more = GRAPH[left.pop()] - found
+        more = graph()[left.pop()] - found
         found |= more
         left += more
     return {part(module) for module in found} - {name}
 
 
 def test_no_module_imports_itself_through_others() -> None:
-    assert "real_bench.simulation.scene" in GRAPH["real_bench.task"]
-    TopologicalSorter(GRAPH).prepare()  # CycleError names the modules of a circle
+    assert "real_bench.simulation.scene" in graph()["real_bench.task"]
+    TopologicalSorter(graph()).prepare()  # CycleError names the modules of a circle
 
 
 def test_command_line_is_known_to_nobody() -> None:
-    knowing = {module for module in GRAPH if "cli" in map(part, GRAPH[module])}
+    knowing = {module for module in graph() if "cli" in map(part, graph()[module])}
     assert {part(module) for module in knowing} == {"cli", "__main__"}
 
 
@@ -100,13 +104,13 @@ def test_simulation_knows_helpers_alone() -> None:
     ],
 )
 def test_parts_do_not_know_what_builds_on_them(name: str, others: set[str]) -> None:
-    assert others <= {part(module) for module in GRAPH}
+    assert others <= {part(module) for module in graph()}
     assert known_to(name).isdisjoint(others)
 
 
 def test_only_simulation_and_the_macro_use_pybullet() -> None:
     bullet = "real_bench.simulation.bullet"
-    using = {module for module in GRAPH if bullet in GRAPH[module]}
+    using = {module for module in graph() if bullet in graph()[module]}
     assert {module for module in using if part(module) != "simulation"} == {
         "real_bench.controls.macro"
     }

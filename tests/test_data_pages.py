@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import subprocess
 import sys
@@ -47,7 +48,9 @@ def test_the_code_runs(place: Path, page: str, number: int) -> None:
     script.write_text(blocks(page)[number] + "\n")
     if "vectorization_mode" in script.read_text():
         script.write_text("if __name__ == '__main__':\n" + indented(script.read_text()))
-    done = subprocess.run([sys.executable, script], cwd=place, capture_output=True, text=True)
+    own = {**os.environ, "TMPDIR": str(place)}  # where Stable-Baselines3 leaves its logs
+    command = [sys.executable, script]
+    done = subprocess.run(command, cwd=place, env=own, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
 

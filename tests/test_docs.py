@@ -22,9 +22,9 @@ PAGES = [Page(path) for path in FILES]
 DOCS = [page for page in PAGES if page.path.parent.name == "docs"]
 named = pytest.mark.parametrize("page", PAGES, ids=[str(p.path.relative_to(ROOT)) for p in PAGES])
 
-OF_OTHERS = ("cluster.md", "official-api.md", "data.md")
-"""Pages whose Python needs a cluster, the kit of the competition, or a recording (then it runs in
-test_data_pages.py); that is only compiled here."""
+OF_OTHERS = ("cluster.md", "official-api.md", "data.md", "gymnasium.md", "tutorial.md")
+"""Pages whose Python needs a cluster or the kit of the competition, runs in test_data_pages.py, or
+with the page's own commands (test_tutorial_commands_run); that is only compiled here."""
 
 
 def test_table_of_results_matches_what_its_command_prints() -> None:

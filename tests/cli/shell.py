@@ -22,7 +22,8 @@ COMMAND = Path(sys.executable).with_name("realbench")
 IMPORTED = [
     *("real_bench.cli", "real_bench.phases.plans", "real_bench.verification"),
     *("real_bench.experiments", "real_bench.competition", "real_bench.real_x", "real_bench.report"),
-    *("rich.progress", "scipy.stats", "torch", "tests.cli.warm"),
+    *("matplotlib.figure", "matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg"),
+    *("av", "rich.progress", "scipy.stats", "torch", "tests.cli.warm"),
 ]
 """Most commands import these, and short ones do little else."""
 
@@ -130,9 +131,9 @@ def _installed_path() -> list[str]:
     return shown.stdout.strip().split(os.pathsep)
 
 
-def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5) -> GoalSet:
-    """Two 2D goals."""
-    return generate_goal_set(scene, n_objects, seed, counts={"2D": 2})
+def tiny_goals(scene: Scene, n_objects: int = 1, seed: int = 5, n_goals: int = 2) -> GoalSet:
+    """Two 2D goals, or as many as are asked for."""
+    return generate_goal_set(scene, n_objects, seed, counts={"2D": n_goals})
 
 
 def write_controller(path: Path, *body: str, before: str = "") -> None:

@@ -103,8 +103,11 @@ def submission(tmp_path: Path, builtin_scene: Scene) -> Path:
     return tmp_path
 
 
-def test_a_submission_is_tested_in_isolation_and_judged(submission: Path) -> None:
-    told = [*TEST, "--goals", "goals.npy"]
+def test_a_submission_is_tested_in_isolation_and_judged(
+    submission: Path, builtin_scene: Scene
+) -> None:
+    save_goal_set(tiny_goals(builtin_scene, n_goals=1), submission / "goal.npy")
+    told = [*TEST, "--goals", "goal.npy"]
     done = realbench(submission, "score", *told, "--min", "0.9", "--junit", "junit.xml", code=3)
     assert done.stderr.startswith("the controller is isolated by ")
     assert "not passed: minimum" in done.stderr

@@ -73,7 +73,7 @@ def test_archives_and_new_versions_are_run_and_misfits_refused(place: Path) -> N
     (submissions / "empty").mkdir()
     (submissions / "bad.zip").write_bytes(b"PK nothing")
     (submissions / "notes.txt").write_text("no submission")
-    path = rounds(place, play="none", trial_steps=1000)
+    path = rounds(place, play="none", trial_steps=300)
     realbench(place, "round", "run", "submissions", path)
     rows = rows_of(place)
     assert rows["team"]["status"] == "scored"
@@ -94,7 +94,7 @@ def test_archives_and_new_versions_are_run_and_misfits_refused(place: Path) -> N
 def test_version_handed_in_last_is_the_one_that_is_shown(place: Path) -> None:
     """Also if it was handed in before, and whatever the dates of its files."""
     submissions = place / "submissions"
-    path = rounds(place, play="none", trial_steps=1000)
+    path = rounds(place, play="none", trial_steps=300)
     handed_in = []
     for code in (GOOD, f"{GOOD}\nNEW = True\n", GOOD):
         shutil.rmtree(submissions, ignore_errors=True)
@@ -112,13 +112,13 @@ def test_only_results_of_the_round_as_it_is_now_are_ranked(place: Path) -> None:
     submissions = place / "submissions"
     for name in ("stays", "goes"):
         submission(submissions / name, GOOD)
-    changes = {"play": "none", "trial_steps": 1000}
+    changes = {"play": "none", "trial_steps": 300}
     realbench(place, "round", "run", "submissions", rounds(place, **changes, repeats=2))
     realbench(place, "round", "run", "submissions", rounds(place, **changes, seed=1))
     for row in rows_of(place).values():
         assert row["files"] == ["seed1.json"]
     shutil.rmtree(submissions / "goes")
-    path = rounds(place, play="none", trial_steps=1100)
+    path = rounds(place, play="none", trial_steps=400)
     realbench(place, "round", "run", "submissions", path, "--overwrite")
     rows = rows_of(place)
     assert (rows["stays"]["rank"], rows["stays"]["files"]) == (1, ["seed0.json"])
@@ -130,9 +130,9 @@ def test_refused_run_changes_nothing(place: Path) -> None:
     submissions = place / "submissions"
     submission(submissions / "good", GOOD)
     submission(submissions / "crashing", derived(CRASHING), entry="controller.py:Crashing")
-    realbench(place, "round", "run", "submissions", rounds(place, play="none", trial_steps=1000))
+    realbench(place, "round", "run", "submissions", rounds(place, play="none", trial_steps=300))
     before = rows_of(place), (place / "results" / "first" / "round.json").read_bytes()
-    path = rounds(place, play="none", trial_steps=1100)
+    path = rounds(place, play="none", trial_steps=400)
     done = realbench(place, "round", "run", "submissions", path, "--retry", code=1)
     assert re.search(r"good-[0-9a-f]{12}/seed0.json does not belong here", done.stderr)
     after = rows_of(place), (place / "results" / "first" / "round.json").read_bytes()
@@ -215,7 +215,7 @@ def test_submissions_can_learn_from_given_recordings(place: Path) -> None:
         realbench(place, "intrinsic", *play, "--steps", "3000", "--seed", seed, "--out", out)
     code = "from real_bench.controllers.real_d import RealD\n\n\nclass Mine(RealD):\n    pass\n"
     submission(place / "submissions" / "planner", code)
-    path = rounds(place, play="given", recordings=["run1.h5", "run2.h5"], trial_steps=1000)
+    path = rounds(place, play="given", recordings=["run1.h5", "run2.h5"], trial_steps=300)
     realbench(place, "round", "run", "submissions", path)
     row = rows_of(place)["planner"]
     assert row["status"] == "scored"

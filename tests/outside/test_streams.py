@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from real_bench.scoring.result import load_result
-from tests.cli.shell import COMMAND
+from tests.cli.shell import COMMAND, realbench
 from tests.outside.bench import ROOT, after_first_line, check_readable_to_all
 
 BIN = str(COMMAND)
@@ -39,9 +39,14 @@ def test_full_disk_behind_standard_error_exits_with_1(place: Path) -> None:
     assert shell(place, "$R inspect none.h5 > /dev/full 2>&1").returncode == 1
 
 
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
-@pytest.mark.parametrize("asked", ["inspect run.h5", DOCTOR])
-def test_closed_streams_are_ignored(place: Path, closed: str, asked: str) -> None:
+@pytest.mark.parametrize(
+    ("asked", "closed"),
+    [
+        *(("inspect run.h5", closed) for closed in ("<&-", ">&-", "2>&-", "<&- >&- 2>&-")),
+        *((DOCTOR, closed) for closed in ("2>&-", "<&- >&- 2>&-")),
+    ],
+)
+def test_closed_streams_are_ignored(place: Path, asked: str, closed: str) -> None:
     """What is printed there is lost, as asked for; all else is as ever."""
     done = shell(place, f"$R {asked} {closed}")
     assert (done.returncode, done.stderr) == (0, "")
@@ -134,8 +139,7 @@ TEST = (
     ],
 )
 def test_folder_name_that_is_not_utf_8_is_accepted(odd: Path, asked: str) -> None:
-    done = shell(odd, f"$R {asked}")
-    assert done.returncode == 0, done.stderr
+    done = realbench(odd, *asked.replace("$PWD", str(odd)).split())
     assert "Traceback" not in done.stderr
 
 
@@ -143,8 +147,7 @@ def test_folder_name_that_is_not_utf_8_is_accepted(odd: Path, asked: str) -> Non
     "asked", [PLAY.format("mine.py"), TEST.format("$PWD/mine.py") + " --out new.json"]
 )
 def test_unrecordable_controller_path_is_refused_before_work_begins(odd: Path, asked: str) -> None:
-    done = shell(odd, f"$R {asked}")
-    assert done.returncode == 1
+    done = realbench(odd, *asked.replace("$PWD", str(odd)).split(), code=1)
     fault = after_first_line(done.stderr)
     assert fault.count("\n") == 1
     assert fault.startswith("realbench: error: a re")
@@ -154,8 +157,7 @@ def test_unrecordable_controller_path_is_refused_before_work_begins(odd: Path, a
 
 def test_report_shows_a_file_name_that_is_not_text(odd: Path) -> None:
     (odd / os.fsdecode(b"\xff.h5")).write_bytes((odd / "run.h5").read_bytes())
-    done = shell(odd, "$R report $'\\xff.h5' --out report.html")
-    assert done.returncode == 0, done.stderr
+    realbench(odd, "report", os.fsdecode(b"\xff.h5"), "--out", "report.html")
     assert "<h3>?.h5</h3>" in (odd / "report.html").read_text(encoding="utf-8")
 
 

@@ -14,6 +14,7 @@ from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
 from real_bench.sandbox import SandboxBackend
 from real_bench.simulation import Scene
+from tests.cli.shell import write_controller
 
 CODE = """
 from real_bench import Action, Controller
@@ -81,6 +82,25 @@ def test_a_controller_that_fails_in_a_test_fails_its_check(
     assert "a bug" in found.detail or "too late" in found.detail
 
 
+@pytest.mark.parametrize(
+    ("hook", "given"),
+    [
+        ("end_intrinsic_phase", "self, observation, reward, done"),
+        ("use_experience", "self, experience"),
+        ("start_extrinsic_phase", "self"),
+        ("start_extrinsic_trial", "self"),
+    ],
+)
+def test_an_error_in_any_hook_is_found(
+    tmp_path: Path, builtin_scene: Scene, hook: str, given: str
+) -> None:
+    file = tmp_path / "mine.py"
+    write_controller(file, f"def {hook}({given}):", "    self.misspelt")
+    om = Condition.parse("OM")
+    check = ControllerCheck(str(file), om, builtin_scene, 1, {}, LOCAL, tests_a_goal=True)
+    assert f"/mine.py: {hook}() failed at " in list(check.findings())[-1].detail
+
+
 @pytest.mark.parametrize(("points", "is_beyond"), [("[[5, 5], [7, 7]]", True), ("[0] * 4", False)])
 def test_commands_beyond_the_action_space_are_remarked(
     tmp_path: Path, builtin_scene: Scene, points: str, is_beyond: bool
@@ -113,8 +133,11 @@ class Mine(Controller):
 """
 
 
-@pytest.mark.parametrize("backend", [LOCAL, SANDBOX], ids=["here", "isolated"])
-@pytest.mark.parametrize("is_mended", [False, True])
+@pytest.mark.parametrize(
+    ("backend", "is_mended"),
+    [(LOCAL, False), (LOCAL, True), (SANDBOX, False)],
+    ids=["here", "mended", "isolated"],
+)
 def test_a_state_that_is_lost_at_the_end_of_play_is_found(
     tmp_path: Path, builtin_scene: Scene, backend: ControllerBackend, is_mended: bool
 ) -> None:

@@ -43,7 +43,7 @@ def kept(folder: Path, name: str) -> tuple[object, ...]:
     return load_result(folder / name).trials
 
 
-@pytest.mark.parametrize("options", [["--jobs", "2"], ["--isolate"], ["--jobs", "3", "--isolate"]])
+@pytest.mark.parametrize("options", [["--isolate"], ["--jobs", "2", "--isolate"]])
 def test_processes_and_isolation_do_not_matter(alone: tuple[Path, str], options: list[str]) -> None:
     folder, condition = alone
     out = f"{'-'.join(options)}.json"

@@ -9,10 +9,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from real_bench.conditions import Condition
 from real_bench.errors import ControllerError, RealBenchError
 from real_bench.goal_sets import GoalSet
+from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.recording import Recording
-from tests.phases.conftest import FaceGoals, Play
+from real_bench.simulation import Scene
+from tests.phases.conftest import FaceGoals
+from tests.recording.bench import ignore
 
 PLANNING = {"condition": "OM", "n_trials": 2, "trial_steps": 2500}
 EXPLAINS_ODDLY = """
@@ -27,9 +31,12 @@ class Oddly(Controller):
 """
 
 
-@pytest.fixture
-def run(play: Play) -> Path:
-    return play("real_d", 12_000)
+@pytest.fixture(scope="module")
+def run(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A play of twelve pushes."""
+    out = tmp_path_factory.mktemp("played") / "run.h5"
+    IntrinsicPhase("real_d", Condition.parse("OM"), 1, scene, 12_000, 0, out).run(ignore)
+    return out
 
 
 def test_explaining_changes_no_score(face_goals: FaceGoals, run: Path) -> None:

@@ -152,6 +152,7 @@ def test_killed_play_is_resumed(tmp_path: Path) -> None:
     np.testing.assert_array_equal(commands(out)[: len(before)], before)
 
 
+@pytest.mark.parametrize("played", CONDITIONS[1:], ids=["OC"], indirect=True)
 def test_trials_match_across_processes_and_run_on_first_steps_alone(
     builtin_scene: Scene, played: Path, tmp_path: Path
 ) -> None:

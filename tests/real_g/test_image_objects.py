@@ -45,7 +45,7 @@ def play(n: int, seed: int = 0) -> Iterator[tuple[Array, Array]]:
         places = np.clip(places, LOW + 0.04, HIGH - 0.04)
 
 
-def played(n: int = 300) -> tuple[ImageObjects, Array]:
+def played(n: int = 200) -> tuple[ImageObjects, Array]:
     objects = ImageObjects(LOW, HIGH)
     depth = np.full((240, 320), 1 - 1 / DISTANCE)
     truth = []
@@ -132,10 +132,8 @@ def test_copy_has_a_memory_of_its_own(learned: tuple[ImageObjects, Array]) -> No
     assert len(objects.rows()) == len(truth)
 
 
-def test_the_same_seed_learns_the_same() -> None:
-    (one, _), (other, _) = played(200), played(200)
-    assert one.n_objects == 2
-    np.testing.assert_array_equal(one.rows(), other.rows())
+def test_the_same_seed_learns_the_same(learned: tuple[ImageObjects, Array]) -> None:
+    np.testing.assert_array_equal(played()[0].rows(), learned[0].rows())
 
 
 def test_hidden_moment_repeats_the_one_before(
@@ -167,7 +165,7 @@ def test_rows_do_not_depend_on_how_large_images_are(
     height, width = int(240 * share), int(320 * share)
     objects = ImageObjects(LOW, HIGH)
     depth = np.full((height, width), 1 - 1 / DISTANCE)
-    for pixels, path in play(300):
+    for pixels, path in play(len(learned[1])):
         image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
         objects.see(image, depth)
         objects.act(path)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -54,6 +54,7 @@ def test_push_passes_its_object_at_the_given_offset(seed: int) -> None:
 
 
 @pytest.mark.parametrize("deed", DEEDS)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 200))
 def test_proposed_actions_are_in_range_and_go_where_asked(deed: Primitive, seed: int) -> None:
     relation, random = Relation(deed), np.random.default_rng(seed)

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,8 +23,10 @@ def hand(posture: Array) -> Array:
     return np.array([reach * np.sin(turn), reach * np.cos(turn) - 0.6, 1 - 0.5 * drop])
 
 
-def babbled(n: int, seed: int) -> Reach:
-    random, reach = np.random.default_rng(seed), Reach(LOW, HIGH)
+@cache
+def babbled(n: int) -> Reach:
+    """The map after n attempts, which is not to be extended."""
+    random, reach = np.random.default_rng(0), Reach(LOW, HIGH)
     first = np.array([0.0, 0.6, 0.8, 0.0])
     reach.add(hand(first), first)
     for _ in range(n):
@@ -31,9 +35,6 @@ def babbled(n: int, seed: int) -> Reach:
         if reach.is_near(hand(posture), target):
             reach.add(hand(posture), posture)
     return reach
-
-
-REACHES = {n: babbled(n, 0) for n in (30, 600)}
 
 
 def copied(reach: Reach) -> Reach:
@@ -56,7 +57,8 @@ def refined(reach: Reach, rounds: int, deepest: float = 1.0) -> Refinement:
 
 def test_more_babbling_reaches_more_and_better() -> None:
     errors = {}
-    for n, reach in REACHES.items():
+    for n in (30, 600):
+        reach = babbled(n)
         targets = GROUND - np.array([0, 0, PUSH_HEIGHT])
         ends = np.array([hand(reach.posture(target)) for target in targets])
         errors[n] = np.linalg.norm(ends - targets, axis=1)
@@ -66,7 +68,7 @@ def test_more_babbling_reaches_more_and_better() -> None:
 
 @given(seed=st.integers(0, 2**32 - 1))
 def test_targets_are_near_what_was_reached_and_postures_in_their_range(seed: int) -> None:
-    random, reach = np.random.default_rng(seed), REACHES[600]
+    random, reach = np.random.default_rng(seed), babbled(600)
     target = reach.next_target(GROUND, random)
     assert target is not None
     assert np.linalg.norm(reach.points - target, axis=1).min() < 2.5 * STEP
@@ -93,43 +95,47 @@ def errors_of(planes: Planes) -> Array:
 
 
 def test_tried_postures_are_more_precise() -> None:
-    before, after = (errors_of(refined(REACHES[30], rounds).planes()) for rounds in (0, 4))
+    before, after = (errors_of(refined(babbled(30), rounds).planes()) for rounds in (0, 4))
     assert np.median(after) < np.median(before) / 2
 
 
 def test_blocked_postures_are_raised_until_they_are_free() -> None:
     deepest = 1 - PUSH_HEIGHT - 0.01
-    planes = refined(REACHES[600], 6, deepest).planes()
+    planes = refined(babbled(600), 6, deepest).planes()
     xy = shares(planes, (0.5, 0.5))[None]
     assert 1 - PUSH_HEIGHT - 0.05 < hand(planes.near(xy)[0])[2] < deepest + 0.005
 
 
 def test_refinement_goes_on_from_its_state() -> None:
-    refinement = refined(REACHES[30], 1)
-    again = Refinement(copied(REACHES[30]), 11)
+    refinement = refined(babbled(30), 1)
+    again = Refinement(copied(babbled(30)), 11)
     again.set_state(refinement.get_state())
     middle = shares(refinement.planes(), (0.5, 0.5))[None]
     np.testing.assert_array_equal(again.planes().near(middle), refinement.planes().near(middle))
 
 
-PLANES = refined(REACHES[600], 1).planes()
+@cache
+def known_planes() -> Planes:
+    return refined(babbled(600), 1).planes()
 
 
 @given(share=st.tuples(st.floats(0, 1), st.floats(0, 1)))
 def test_position_is_the_inverse_of_near(share: tuple[float, float]) -> None:
-    xy = shares(PLANES, share)
-    np.testing.assert_allclose(PLANES.position(PLANES.near(xy[None])[0]), xy, atol=1e-7)
+    planes = known_planes()
+    xy = shares(planes, share)
+    np.testing.assert_allclose(planes.position(planes.near(xy[None])[0]), xy, atol=1e-7)
 
 
 def test_raised_postures_are_above_near_ones() -> None:
-    middle = shares(PLANES, (0.5, 0.5))[None]
-    near, raised = hand(PLANES.near(middle)[0]), hand(PLANES.raised(middle)[0])
+    planes = known_planes()
+    middle = shares(planes, (0.5, 0.5))[None]
+    near, raised = hand(planes.near(middle)[0]), hand(planes.raised(middle)[0])
     np.testing.assert_allclose(near[:2], raised[:2], atol=0.03)
     assert near[2] > raised[2] + 0.1  # farther from the camera
 
 
 def test_state_gives_the_same_map() -> None:
     again = Reach(LOW, HIGH)
-    again.set_state(REACHES[30].get_state())
+    again.set_state(babbled(30).get_state())
     target = np.array([0.1, 0.1, 0.9])
-    np.testing.assert_array_equal(again.posture(target), REACHES[30].posture(target))
+    np.testing.assert_array_equal(again.posture(target), babbled(30).posture(target))

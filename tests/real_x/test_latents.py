@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from real_bench.controllers.real_ild import RealILD
 from real_bench.controllers.real_ld import RealLD
 
 from real_bench.conditions import Condition
@@ -148,11 +149,12 @@ def test_background_needs_two_images() -> None:
 
 
 def test_settings_of_the_paper_are_accepted(builtin_scene: Scene, tmp_path: Path) -> None:
-    paper = read_settings(PAPER, ["vae.steps=1"])
+    assert RealILD.Settings.model_validate(read_settings(PAPER, [])).vae.hidden == 512
+    paper = read_settings(PAPER, ["vae.steps=1", "vae.hidden=8"])
     phase = IntrinsicPhase(
         "real_ild", IM, 1, builtin_scene, 2000, 0, tmp_path / "run.h5", None, paper
     )
     phase.run(ignore)
     with Recording(tmp_path / "run.h5") as recording:
         learned = recording.controller_state()["perception"]["vae"]
-    assert learned["inward.weight"].shape == (512, 320 * 240)
+    assert learned["inward.weight"].shape == (8, 320 * 240)

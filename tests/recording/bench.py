@@ -65,7 +65,7 @@ def wait_until(condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + PATIENCE_S
     while not condition():
         assert time.monotonic() < deadline
-        time.sleep(0.005)
+        time.sleep(0.02)
 
 
 def wait_for(process: subprocess.Popen[str], condition: Callable[[], bool]) -> None:

@@ -68,20 +68,19 @@ def test_tests_are_the_same(
     assert scores(here) == scores(there)
 
 
-@pytest.mark.parametrize("run_steps", [None, 2000])
 @pytest.mark.parametrize("condition", ["OM", "IM"])
 def test_learning_from_a_recording_is_the_same(
-    play: Play, face_goals: Face, support: SandboxSupport, condition: str, run_steps: int | None
+    play: Play, face_goals: Face, support: SandboxSupport, condition: str
 ) -> None:
     run = play("real_r", 4000, condition=condition)
     controller = "tests.sandbox.controllers:Remembers"
-    options: dict[str, Any] = {"run": run, "run_steps": run_steps, "condition": condition}
-    here = face_goals(controller, out="here", **options)
-    there = face_goals(
-        controller, out="there", backend=SandboxBackend((), LIMITS, support), **options
-    )
-    assert scores(here) == scores(there)
-    assert len({trial.actions_sha256 for trial in here.trials}) == 1
+    backend = SandboxBackend((), LIMITS, support)
+    for run_steps in (None, 2000):
+        options: dict[str, Any] = {"run": run, "run_steps": run_steps, "condition": condition}
+        here = face_goals(controller, out=f"here{run_steps}", **options)
+        there = face_goals(controller, out=f"there{run_steps}", backend=backend, **options)
+        assert scores(here) == scores(there)
+        assert len({trial.actions_sha256 for trial in here.trials}) == 1
 
 
 def test_resumed_run_is_the_same(play: Play, isolated: SandboxBackend) -> None:

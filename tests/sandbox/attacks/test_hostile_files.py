@@ -485,6 +485,8 @@ def test_code_in_the_current_folder(tmp_path: Path, goals: GoalSet, command: str
         "cells: [{controller: real_r, condition: OM, play: none}]}"
     )
     test = ["--controller", "real_r", "--condition", "OM", "--scene", "builtin", "--jobs", "2"]
-    options = {"score": [*test, "--goals", "goals.npy"], "table": ["mine.yaml", "--isolate"]}
-    realbench(tmp_path, command, *options[command])
+    test += ["--goals", "goals.npy", "--trial-steps", "1000"]
+    options = {"score": test, "table": ["mine.yaml", "--isolate"]}
+    done = realbench(tmp_path, command, *options[command], code=3 if command == "score" else 0)
+    assert "not passed: length" in done.stderr or command == "table"
     assert not (tmp_path / "touched").exists()
