@@ -11,13 +11,12 @@ from pathlib import Path, PurePosixPath
 from real_bench.counting import counted
 from real_bench.errors import SubmissionError
 from real_bench.files import write_atomically
-from real_bench.sandbox.limits import TEMPORARY_BYTES
 from real_bench.source import ControllerSource
 from real_bench.submissions import MANIFEST, is_submission
 from real_bench.submissions.blame import as_submission_error
 
-MAX_BYTES = TEMPORARY_BYTES * 3 // 4
-"""A controller works in a copy of it, in a folder of its own, where it needs room to write."""
+MAX_BYTES = 768 * 2**20
+"""A controller works in a copy of it, in a folder of 1 GiB, where it needs room to write."""
 
 MAX_FILES = 10_000
 EPOCH = (1980, 1, 1, 0, 0, 0)

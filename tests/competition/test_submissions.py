@@ -18,10 +18,11 @@ from junitparser import Failure, JUnitXml
 
 from real_bench.errors import ControllerError, RealBenchError, SubmissionError
 from real_bench.recording import Recording
+from real_bench.sandbox.limits import TEMPORARY_BYTES
 from real_bench.scoring.result import load_result
 from real_bench.source import ControllerSource
 from real_bench.submissions import read_submission, requirements
-from real_bench.submissions.packing import pack, unpack
+from real_bench.submissions.packing import MAX_BYTES, pack, unpack
 from real_bench.submissions.requirements import UnreachableError, packages_of
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, HANGING, derived, submission
@@ -76,6 +77,10 @@ def test_submission_that_forgets_its_play_fails_unless_it_need_not_play(place: P
     assert "define get_state" not in realbench(place, "check", "mine").stdout
 
 
+def test_largest_submission_leaves_room_in_the_folder_that_it_works_in() -> None:
+    assert MAX_BYTES <= 3 / 4 * TEMPORARY_BYTES
+
+
 def test_archive_has_the_whole_name_of_its_folder(place: Path) -> None:
     for version in ("v1", "v2"):
         submission(place / f"team.{version}", GOOD)
@@ -107,7 +112,7 @@ def test_check_finds_what_would_fail_after_hours_of_play(place: Path) -> None:
     )
     submission(place / "mine", GOOD + broken)
     done = realbench(place, "submission", "check", "mine", code=3)
-    assert "controller mine: end_extrinsic_trial() failed at " in done.stdout
+    assert "mine: end_extrinsic_trial() failed at " in done.stdout
 
 
 @pytest.mark.parametrize(
