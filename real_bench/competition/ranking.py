@@ -131,10 +131,13 @@ def _row(home: Path, standing: Standing, facts: RoundFacts) -> Row:
         results = tuple(load_result(file) for file in files if file.exists())
         if not results or len(results) < len(files) or not all(map(facts.includes, results)):
             return _waiting(home, standing, NOT_OF_THIS_ROUND)
-        check_one_test(results)
-        summary = summarise_repeats(by_goal(results))
     except ResultError as error:
         return _waiting(home, standing, str(error).replace(f"{home}/", ""))
+    try:
+        check_one_test(results)
+        summary = summarise_repeats(by_goal(results))
+    except ResultError as error:  # with settings, by which a controller could tell of goals
+        return _waiting(home, standing, UNTOLD if facts.hidden else str(error))
     return Row(standing, home, files, results, summary, _verdict(home, files, facts))
 
 

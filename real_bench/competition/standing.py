@@ -108,10 +108,13 @@ class Standing(KeptRecord):
         """The same, but of its failures only where they happened.
 
         A controller that has met secret goals could tell them by its error, whose text, class,
-        file and line are its own choice.
+        file and line are its own choice; and by settings in which its repeats differ.
         """
         failures = {name: failed.without_reason() for name, failed in self.failures.items()}
-        return self.with_failures(failures) if failures else self
+        if failures:
+            return self.with_failures(failures)
+        untold = self.status == BROKEN_RULE
+        return self.model_copy(update={"detail": UNTOLD}) if untold else self
 
 
 def labels(standings: Sequence[Standing]) -> dict[str, str]:

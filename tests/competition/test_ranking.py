@@ -115,18 +115,32 @@ def test_odd_result_leaves_the_others_on_the_board(
     tmp_path: Path, changes: dict[str, Any], told: str
 ) -> None:
     """Of another test than its fellows, another version of control, after a play, unfinished."""
-    shape = {"play": "none", "seeds": (0, 1), "n_goals": 2, "trial_steps": 10_000}
-    known = {"goals_sha256": "3" * 64, "control_version": 1}
-    facts = FACTS.model_copy(update={**shape, **known})
-    for key, distance, changed in (("fine", 0.2, {}), ("odd", 0.1, changes)):
-        (tmp_path / key).mkdir()
-        row(key, None).standing.save(tmp_path / key)
-        for seed in facts.seeds:
-            fields = {"distances": [distance, 0.3], "n_goals": 2, **(changed if seed else {})}
-            made(seed=seed, **fields).save(tmp_path / key / result_name(seed))
-    found = ranked(read_rows(tmp_path, facts), "zero", "paired")
+    found = ranked_with_an_odd_result(tmp_path, changes, hidden=False)
     assert ranks(found) == [("fine", 1), ("odd", None)]
     assert told in found[1].standing.detail
+
+
+def test_settings_of_odd_results_are_untold_while_goals_are_secret(tmp_path: Path) -> None:
+    """A controller chooses what its settings are, and could tell of goals by them."""
+    changes = {"settings": {"goal": "0.1 0.2 0.3"}}
+    found = ranked_with_an_odd_result(tmp_path, changes, hidden=True)
+    assert found[1].standing.detail == UNTOLD
+    broken = row("b", None, "broken rule").standing.model_copy(update={"detail": "0.1 0.2 0.3"})
+    assert FACTS.model_copy(update={"hidden": True}).shown(broken).detail == UNTOLD
+
+
+def ranked_with_an_odd_result(home: Path, changes: dict[str, Any], *, hidden: bool) -> list[Row]:
+    """A round of two submissions, of which one has a result that is changed."""
+    shape = {"play": "none", "seeds": (0, 1), "n_goals": 2, "trial_steps": 10_000}
+    known = {"goals_sha256": "3" * 64, "control_version": 1, "hidden": hidden}
+    facts = FACTS.model_copy(update={**shape, **known})
+    for key, distance, changed in (("fine", 0.2, {}), ("odd", 0.1, changes)):
+        (home / key).mkdir()
+        row(key, None).standing.save(home / key)
+        for seed in facts.seeds:
+            fields = {"distances": [distance, 0.3], "n_goals": 2, **(changed if seed else {})}
+            made(seed=seed, **fields).save(home / key / result_name(seed))
+    return ranked(read_rows(home, facts), "zero", "paired")
 
 
 @given(place=st.sampled_from(["play", "test", "test, goal 7"]), text=st.text())
