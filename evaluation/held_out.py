@@ -29,14 +29,14 @@ from rich.console import Console
 from rich.table import Table
 
 from real_bench.analysis import NEAR_M, pair_distances
+from real_bench.controller_code.finding import find_controller
 from real_bench.errors import RealBenchError
-from real_bench.finding import find_controller
+from real_bench.inputs.yaml_files import read_mapping
 from real_bench.real_x import BlurredImages, DynamicAbstraction, ObjectPositions, Planner, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.real_x.latents import MIN_DIVERGENCE, Latents, SightSettings
 from real_bench.recording import Experience, Recording
 from real_bench.scoring.metric import object_scores
-from real_bench.yaml_files import read_mapping
 
 FILE = click.Path(path_type=Path, exists=True)
 CANDIDATES = Path(__file__).with_name("perceptions.yaml")

@@ -77,18 +77,19 @@ _FUNCTIONS = (
     *("run_experiment", "run_extrinsic", "run_intrinsic", "score"),
 )
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        **dict.fromkeys(_FUNCTIONS, "real_bench.api"),
-        "Action": "real_bench.actions",
-        "BasePolicy": "real_bench.controller",
-        "Controller": "real_bench.controller",
-        "Experience": "real_bench.recording",
-        "GoalSet": "real_bench.goal_sets",
-        "RealBenchError": "real_bench.errors",
-        "Recording": "real_bench.recording",
-        "Settings": "real_bench.settings",
-        "figures": "real_bench.figures",
-    },
-)
+if not TYPE_CHECKING:  # or checkers would take any name for one of these
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            **dict.fromkeys(_FUNCTIONS, "real_bench.api"),
+            "Action": "real_bench.actions",
+            "BasePolicy": "real_bench.controller",
+            "Controller": "real_bench.controller",
+            "Experience": "real_bench.recording",
+            "GoalSet": "real_bench.goal_sets",
+            "RealBenchError": "real_bench.errors",
+            "Recording": "real_bench.recording",
+            "Settings": "real_bench.settings",
+            "figures": "real_bench.figures",
+        },
+    )

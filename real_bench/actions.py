@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from real_bench.errors import ActionError
-from real_bench.numeric import MAX_MAGNITUDE, any_numbers, finite, numbers, short
+from real_bench.inputs.numeric import MAX_MAGNITUDE, any_numbers, finite, numbers, short
 from real_bench.simulation.posture import HOME
 
 if TYPE_CHECKING:

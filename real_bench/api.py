@@ -327,7 +327,7 @@ def draw_figures(
 def _named(controller: object) -> str | None:
     if controller is None or isinstance(controller, str | Path):
         return None if controller is None else str(controller)
-    from real_bench.numeric import short
+    from real_bench.inputs.numeric import short
 
     raise ControllerError(
         f"a controller is told by its name, module:Class or file, not {short(controller)}: write "
@@ -349,7 +349,7 @@ def _as_path(given: object, what: str) -> Path:
     """The path that was given, or that of a recording."""
     if isinstance(given, str | os.PathLike):
         return Path(given)
-    from real_bench.numeric import short
+    from real_bench.inputs.numeric import short
     from real_bench.recording import Recording
 
     if isinstance(given, Recording):
@@ -365,7 +365,7 @@ def _as_list(results: Results) -> list[Result]:
 
 
 def _as_results(given: object) -> list[Result]:
-    from real_bench.numeric import short
+    from real_bench.inputs.numeric import short
     from real_bench.scoring.named import read_results
     from real_bench.scoring.result import Result
 

@@ -16,13 +16,13 @@ from real_bench.actions import Action, check_action, wants_render
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError, SceneError
 from real_bench.goal_sets import Goal, GoalSet, as_goal_set
+from real_bench.inputs.numeric import short
+from real_bench.inputs.whole import whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.numeric import short
 from real_bench.observation import Observation
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import DEFAULT_SCENE, STEP_S, load_scene
 from real_bench.task import Task
-from real_bench.whole import whole
 from real_bench.wording import speaks_python
 
 

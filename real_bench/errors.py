@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from real_bench.quoting import quoted
+from real_bench.text.quoting import quoted
 
 if TYPE_CHECKING:
     from pydantic import ValidationError

@@ -9,8 +9,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
+from real_bench.inputs.spelling import spelled
 from real_bench.lengths import LARGEST, MAX_TRIAL_STEPS
-from real_bench.spelling import spelled
 
 Seed = Annotated[int, Field(ge=0, le=LARGEST)]
 Steps = Annotated[int, Field(ge=1, le=LARGEST)]

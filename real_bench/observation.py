@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NoReturn, SupportsIndex
 
 from real_bench.errors import ControllerError
-from real_bench.nearest import nearest
+from real_bench.text.nearest import nearest
 
 CAMERA_KEYS = frozenset({"retina", "depth", "mask"})
 ONLY_IN_O = ("mask", "goal_mask", "object_positions", "object_orientations", "goal_positions")

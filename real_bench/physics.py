@@ -12,8 +12,8 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 
-from real_bench.counting import tallied_if_mixed
-from real_bench.quoting import quoted
+from real_bench.text.counting import tallied_if_mixed
+from real_bench.text.quoting import quoted
 
 PHYSICS = "physics"
 """The fingerprint's name among the versions of recordings and results."""

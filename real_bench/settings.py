@@ -10,8 +10,8 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from real_bench.errors import ControllerError, faults
-from real_bench.nearest import did_you_mean
-from real_bench.yaml_files import parse, read_mapping
+from real_bench.inputs.yaml_files import parse, read_mapping
+from real_bench.text.nearest import did_you_mean
 
 Values = dict[str, Any]
 

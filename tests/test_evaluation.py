@@ -9,7 +9,7 @@ import pytest
 
 from evaluation.held_out import CANDIDATES, follow, perception_of
 from real_bench.errors import RealBenchError
-from real_bench.yaml_files import read_mapping
+from real_bench.inputs.yaml_files import read_mapping
 
 PAPER = Path(CANDIDATES).with_name("paper-vae.yaml")
 

@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 
-from real_bench.independence import shared_through
+from real_bench.controller_code.independence import shared_through
 
 Load = Callable[[str, str], ModuleType]
 HELD = "class Keeper:\n    held = None\n"

@@ -16,7 +16,6 @@ from real_bench.conditions import Condition
 from real_bench.controller import Controller
 from real_bench.errors import ControllerError, RecordingError, ResultError
 from real_bench.goal_sets import GoalSet, save_goal_set
-from real_bench.nearest import did_you_mean
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.plans import plan_play, plan_test
@@ -32,6 +31,7 @@ from real_bench.settings import (
     settings_in_full,
 )
 from real_bench.simulation import Scene
+from real_bench.text.nearest import did_you_mean
 from tests.cli.shell import realbench, tiny_goals
 from tests.recording.bench import ignore
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from real_bench.errors import RealBenchError, ResultError
+from real_bench.inputs.whole import keep_whole, whole
 from real_bench.lengths import LARGEST
-from real_bench.whole import keep_whole, whole
 
 SMALL = st.integers(-(2**31), 2**31 - 1)
 

@@ -63,11 +63,11 @@ def check(
     prints the commands to use.
     """
     from real_bench.compat.options import official_options
+    from real_bench.controller_code.source import ControllerSource
     from real_bench.phases.local import LocalBackend
     from real_bench.sandbox import SandboxBackend
     from real_bench.sandbox.visible_files import visible_files
     from real_bench.settings import read_settings
-    from real_bench.source import ControllerSource
 
     source = ControllerSource.of(controller)
     told = official_options(source.place if source.file else Path())

@@ -27,7 +27,7 @@ def doctor(scene: str | None, as_json: bool) -> None:
     from real_bench.cli.describing import print_facts
     from real_bench.lengths import INTRINSIC_STEPS
     from real_bench.physics import PHYSICS, REFERENCE
-    from real_bench.recording import run_versions
+    from real_bench.provenance import run_versions
     from real_bench.simulation import DEFAULT_SCENE, HOME, Simulation, load_scene
 
     with Simulation(load_scene(scene or DEFAULT_SCENE)) as simulation:

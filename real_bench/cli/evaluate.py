@@ -8,9 +8,9 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from real_bench import defaults
 from real_bench.cli import options, running
 from real_bench.cli.common import progress_wanted
+from real_bench.files import defaults
 from real_bench.lengths import INTRINSIC_STEPS
 
 EPILOG = """\b
@@ -62,8 +62,8 @@ def evaluate(
     and set_state(), use intrinsic and extrinsic instead.
     """
     from real_bench.errors import Interrupted
-    from real_bench.file_kinds import RECORDING, RESULT
-    from real_bench.files import check_output
+    from real_bench.files.kinds import RECORDING, RESULT
+    from real_bench.files.outputs import check_output
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test_after
     from real_bench.progress.phases import play, run_trials

@@ -9,7 +9,7 @@ import click
 from real_bench.cli import options
 from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
-from real_bench.counting import counted
+from real_bench.text.counting import counted
 
 EPILOG = """\b
 Example:
@@ -61,7 +61,7 @@ def film(
     replayed: a late part of a long run takes minutes. Each frame shows condition, action and step;
     a second of film is 4 seconds of robot time.
     """
-    from real_bench.files import check_output
+    from real_bench.files.outputs import check_output
     from real_bench.phases.film import check_films
     from real_bench.recording import Recording
     from real_bench.replay import PartReplay

@@ -11,8 +11,8 @@ from click.core import ParameterSource
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup, progress_display
 from real_bench.cli.printing import say
-from real_bench.counting import counted
 from real_bench.lengths import LARGEST
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet
@@ -114,8 +114,8 @@ def generate(
     Publish the commitment before the competition and that file after it; then anybody can check
     the goals with `realbench goals open`.
     """
-    from real_bench.file_kinds import GOAL_SET
-    from real_bench.files import check_output
+    from real_bench.files.kinds import GOAL_SET
+    from real_bench.files.outputs import check_output
     from real_bench.goal_sets import save_goal_set
     from real_bench.simulation import load_scene
 
@@ -178,7 +178,7 @@ def show(file: Path, out: Path | None, overwrite: bool) -> None:
     """Draw a picture of all goals: start and goal side by side."""
     import io
 
-    from real_bench.files import check_output, write_atomically
+    from real_bench.files.outputs import check_output, write_atomically
     from real_bench.goal_sets import contact_sheet, load_goal_set
 
     sheet = out or file.with_suffix(".png")
@@ -202,8 +202,8 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
 
     The file is a pickle; it is read as data, and no code in it is run.
     """
-    from real_bench.file_kinds import GOAL_SET
-    from real_bench.files import check_output
+    from real_bench.files.kinds import GOAL_SET
+    from real_bench.files.outputs import check_output
     from real_bench.goal_sets import import_official, save_goal_set
     from real_bench.simulation import load_scene
 
@@ -216,7 +216,7 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
 def _generate_secret(
     scene: Scene, n_objects: int, counts: dict[str, int], out: Path, *, overwrite: bool
 ) -> None:
-    from real_bench.files import check_output, write_atomically
+    from real_bench.files.outputs import check_output, write_atomically
     from real_bench.goal_sets import save_goal_set
     from real_bench.goal_sets.secret import draw_secret_goals, opening_of
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import click
 
-from real_bench import defaults
 from real_bench.cli import options, running
 from real_bench.cli.common import progress_wanted
 from real_bench.cli.describing import describe_recording, print_facts
 from real_bench.cli.printing import say
+from real_bench.files import defaults
 from real_bench.lengths import INTRINSIC_STEPS
 
 EPILOG = """\b

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from real_bench import file_kinds
+from real_bench.files import kinds
 
-_KINDS = (file_kinds.RECORDING, file_kinds.GOAL_SET, file_kinds.RESULT)
+_KINDS = (kinds.RECORDING, kinds.GOAL_SET, kinds.RESULT)
 
 RECORDING, GOAL_SET, RESULT = (kind.name for kind in _KINDS)
 EXPERIMENT = "experiment"
@@ -26,7 +26,7 @@ def kind_of(file: Path) -> str:
     first = b""
     if file.is_file():
         with file.open("rb") as opened:
-            first = opened.read(file_kinds.FIRST_BYTES)
+            first = opened.read(kinds.FIRST_BYTES)
         if file.suffix == _EXPERIMENT_SUFFIX:  # may be written as JSON, as a result is
             return EXPERIMENT
     for kind in _KINDS:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from real_bench import defaults, lengths
+from real_bench import lengths
 from real_bench.cli.printing import say
+from real_bench.files import defaults
 
 if TYPE_CHECKING:
     from real_bench.phases.proxy import ControllerBackend

@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from real_bench import defaults
-from real_bench.files import real_path
-from real_bench.naming import CONTROLLER_FILE
+from real_bench.files import defaults
+from real_bench.files.outputs import real_path
+from real_bench.text.naming import CONTROLLER_FILE
 
 OUTPUTS = ("out", "junit", "markdown")
 """The options that name a file to be written."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from real_bench.quoting import printable
+from real_bench.text.quoting import printable
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -56,8 +56,8 @@ def report(
     FILES are experiments (.yaml), shown as a table; results (.json), shown with start, goal and end
     of every trial; and recordings (.h5). Every figure whose data they hold is drawn.
     """
-    from real_bench.file_kinds import REPORT
-    from real_bench.files import check_output
+    from real_bench.files.kinds import REPORT
+    from real_bench.files.outputs import check_output
     from real_bench.report import write_report
 
     check_output(out, overwrite=overwrite, kind=REPORT)

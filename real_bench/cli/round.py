@@ -80,8 +80,8 @@ def run(
     from real_bench.competition.spec import read_competition
     from real_bench.competition.standing import WAITING
     from real_bench.errors import in_short
-    from real_bench.file_kinds import JUNIT
-    from real_bench.files import Output
+    from real_bench.files.kinds import JUNIT
+    from real_bench.files.outputs import Output
     from real_bench.progress.jobs import run_jobs
 
     cases = None
@@ -137,7 +137,7 @@ def _show(folder: Path) -> None:
 
 def _tell_of_failures(n_failed: int, folder: Path, *, retry: bool) -> None:
     from real_bench.competition.round_file import load_round
-    from real_bench.counting import counted
+    from real_bench.text.counting import counted
 
     if not retry:
         failed = counted(n_failed, "submission")
@@ -167,8 +167,8 @@ def codabench(spec: Path, out: Path, image: str, overwrite: bool) -> None:
     """
     from real_bench.competition.codabench import write_bundle
     from real_bench.competition.spec import read_competition
-    from real_bench.file_kinds import ARCHIVE
-    from real_bench.files import check_output
+    from real_bench.files.kinds import ARCHIVE
+    from real_bench.files.outputs import check_output
 
     check_output(out, overwrite=overwrite, kind=ARCHIVE)
     for name in write_bundle(read_competition(spec), out, image):

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from real_bench import defaults
 from real_bench.cli import options
 from real_bench.cli.common import progress_wanted
 from real_bench.cli.printing import print_tables, say
-from real_bench.counting import counted
+from real_bench.files import defaults
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.phases.handover import Wanted

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from real_bench import defaults
 from real_bench.cli import options, running
 from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
+from real_bench.files import defaults
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml
@@ -88,8 +88,8 @@ def score(
     plays of each, else over goals, after these plays. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
-    from real_bench.file_kinds import JUNIT
-    from real_bench.files import Output
+    from real_bench.files.kinds import JUNIT
+    from real_bench.files.outputs import Output
     from real_bench.scoring import verdict as verdicts
     from real_bench.scoring.named import read_results
 
@@ -166,9 +166,9 @@ def _goal_sets(named: Path | None, results: Sequence[Result]) -> tuple[str | Non
 
 def _named(controller: str | None, run: Path | None) -> str:
     """What is tested, as results name it; as it is given where that cannot be found out."""
+    from real_bench.controller_code.source import recorded_name
     from real_bench.errors import RealBenchError
     from real_bench.recording import Recording
-    from real_bench.source import recorded_name
 
     try:
         if controller is not None:

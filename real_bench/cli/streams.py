@@ -9,7 +9,7 @@ from contextlib import suppress
 
 import click
 
-from real_bench.quoting import printable
+from real_bench.text.quoting import printable
 
 STANDARD = {0: ("stdin", "r"), 1: ("stdout", "w"), 2: ("stderr", "w")}
 

@@ -15,7 +15,7 @@ import click
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup
 from real_bench.cli.printing import say, warnings_only
-from real_bench.counting import counted
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.competition.spec import Play
@@ -88,13 +88,13 @@ def check(
     steps, be copied, hand over its state, and learn from such a play and try a goal.
     """
     from real_bench.competition.checking import SubmissionCheck
+    from real_bench.controller_code.packing import open_submission
     from real_bench.errors import SubmissionError
-    from real_bench.file_kinds import JUNIT
-    from real_bench.files import Output
-    from real_bench.locks import temporary_folder
+    from real_bench.files.kinds import JUNIT
+    from real_bench.files.locks import temporary_folder
+    from real_bench.files.outputs import Output
     from real_bench.phases.checking import Finding
     from real_bench.sandbox import Limits
-    from real_bench.submissions.packing import open_submission
 
     if not place.exists():
         raise click.UsageError(f"submission not found: {place}")
@@ -133,10 +133,10 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
 
     The same files give the same archive.
     """
-    from real_bench.file_kinds import ARCHIVE
-    from real_bench.files import check_output, real_path
-    from real_bench.source import ControllerSource
-    from real_bench.submissions.packing import pack as pack_submission
+    from real_bench.controller_code.packing import pack as pack_submission
+    from real_bench.controller_code.source import ControllerSource
+    from real_bench.files.kinds import ARCHIVE
+    from real_bench.files.outputs import check_output, real_path
 
     place = folder.resolve()
     archive = out or place.with_name(f"{place.name}.zip")

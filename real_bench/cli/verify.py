@@ -13,7 +13,7 @@ import click
 from real_bench.cli import options
 from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
-from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, RECORDING
+from real_bench.files.kinds import ARCHIVE, FIRST_BYTES, RECORDING
 
 if TYPE_CHECKING:
     from real_bench.progress.display import ProgressDisplay

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from real_bench.cli.common import progress_display
 from real_bench.cli.printing import print_tables, say
-from real_bench.counting import counted
-from real_bench.quoting import quoted
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from real_bench import defaults
 from real_bench.cli import options
 from real_bench.cli.printing import say
+from real_bench.files import defaults
 
 if TYPE_CHECKING:
     from real_bench.watching import Moment

@@ -6,8 +6,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from real_bench.finding import source_file
-from real_bench.source import ControllerSource
+from real_bench.controller_code.finding import source_file
+from real_bench.controller_code.source import ControllerSource
 
 NOWHERE = Path("(no file)")
 

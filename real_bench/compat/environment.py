@@ -15,14 +15,14 @@ from real_bench import goal_sets
 from real_bench.actions import wants_render
 from real_bench.compat.evaluation import read_goals
 from real_bench.compat.names import official_condition
-from real_bench.compat.official import OfficialActions, official_observation, official_space
-from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
+from real_bench.phases.official import OfficialActions, official_observation, official_space
 from real_bench.scoring.metric import goal_score
 from real_bench.simulation import STEP_S, load_scene
 from real_bench.simulation.simulation import TABLE
 from real_bench.task import Task
+from real_bench.text.counting import counted
 
 Named = dict[str, NDArray[np.float64]]
 

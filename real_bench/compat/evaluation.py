@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from real_bench.errors import ControllerError
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.inputs.whole import whole
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.whole import whole
 
 if TYPE_CHECKING:
     from real_bench.goal_sets import GoalSet

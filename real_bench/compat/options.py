@@ -9,7 +9,7 @@ from typing import Any
 
 from real_bench.compat.names import ACTION_TYPES, LEVELS
 from real_bench.errors import RealBenchError
-from real_bench.yaml_files import read_mapping
+from real_bench.inputs.yaml_files import read_mapping
 
 NAMES = ("options.yml", "options.yaml")
 

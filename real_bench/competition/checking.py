@@ -8,16 +8,16 @@ from pathlib import Path
 
 from real_bench.competition.spec import Play
 from real_bench.conditions import Condition
-from real_bench.counting import counted
+from real_bench.controller_code.manifest import Submission, read_submission
+from real_bench.controller_code.packing import files_to_submit
+from real_bench.controller_code.requirements import packages_of
+from real_bench.controller_code.source import ControllerSource
+from real_bench.controller_code.submission_faults import as_submission_error
 from real_bench.errors import RealBenchError
 from real_bench.phases.checking import ControllerCheck, Finding
 from real_bench.sandbox import Limits, SandboxBackend
 from real_bench.simulation import load_scene
-from real_bench.source import ControllerSource
-from real_bench.submissions import Submission, read_submission
-from real_bench.submissions.blame import as_submission_error
-from real_bench.submissions.packing import files_to_submit
-from real_bench.submissions.requirements import packages_of
+from real_bench.text.counting import counted
 
 
 @dataclass(frozen=True)

@@ -14,14 +14,14 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 from real_bench.competition.standing import REFUSED, WAITING, Standing
+from real_bench.controller_code.manifest import FROZEN, MANIFEST, read_submission
+from real_bench.controller_code.packing import copy_submission, files_to_submit, open_submission
+from real_bench.controller_code.requirements import UnreachableError, packages_of
+from real_bench.controller_code.source import ControllerSource, is_ignored
+from real_bench.controller_code.submission_faults import as_submission_error
 from real_bench.errors import ControllerError, ExperimentError, SubmissionError
-from real_bench.files import check_folder, file_sha256
-from real_bench.locks import temporary_folder, write_lock
-from real_bench.source import ControllerSource, is_ignored
-from real_bench.submissions import FROZEN, MANIFEST, read_submission
-from real_bench.submissions.blame import as_submission_error
-from real_bench.submissions.packing import copy_submission, files_to_submit, open_submission
-from real_bench.submissions.requirements import UnreachableError, packages_of
+from real_bench.files.locks import temporary_folder, write_lock
+from real_bench.files.outputs import check_folder, file_sha256
 
 MAX_KEY_LENGTH = 80
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from real_bench.competition.standing import REFUSED, SCORED, WAITING, Standing, labels
 from real_bench.phases.checking import Finding
-from real_bench.quoting import quoted
+from real_bench.text.quoting import quoted
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml

@@ -9,7 +9,7 @@ from typing import ClassVar, TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from real_bench.errors import ExperimentError, faults
-from real_bench.files import write_atomically
+from real_bench.files.outputs import write_atomically
 
 Kept = TypeVar("Kept", bound="KeptRecord")
 

@@ -15,13 +15,13 @@ from real_bench.competition.ranking import ZERO, Row, ranked, read_rows
 from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.standing import SCORED, WAITING, labels
 from real_bench.competition.verified import KeptVerdict
-from real_bench.counting import counted
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.naming import scene_name
-from real_bench.quoting import markdown, quoted
 from real_bench.scoring.columns import ABSENT
 from real_bench.scoring.statistics import OVER_GOALS, OVER_PLAYS_AND_GOALS
+from real_bench.text.counting import counted
+from real_bench.text.naming import scene_name
+from real_bench.text.quoting import markdown, quoted
 
 MAX_DETAIL_LENGTH = 300
 

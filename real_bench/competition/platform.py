@@ -21,8 +21,8 @@ from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
 from real_bench.competition.standing import SCORED, WAITING, Standing
 from real_bench.errors import ExperimentError
+from real_bench.files.locks import temporary_folder
 from real_bench.goal_sets import load_goal_set
-from real_bench.locks import temporary_folder
 from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.scoring.result import load_result
 from real_bench.verification import ResultVerification

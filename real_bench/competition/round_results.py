@@ -12,8 +12,8 @@ from real_bench.competition.round_file import RoundFacts
 from real_bench.competition.standing import Standing
 from real_bench.errors import GoalSetError, RealBenchError, ResultError
 from real_bench.goal_sets import load_goal_set
-from real_bench.quoting import quoted
 from real_bench.scoring.result import load_result
+from real_bench.text.quoting import quoted
 
 log = logging.getLogger(__name__)
 

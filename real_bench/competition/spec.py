@@ -14,14 +14,14 @@ from pydantic import (
     model_validator,
 )
 
+from real_bench.controller_code.manifest import FROZEN
 from real_bench.errors import ExperimentError, RealBenchError, faults
 from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
+from real_bench.inputs.spelling import spelled
+from real_bench.inputs.yaml_files import read_mapping
 from real_bench.lengths import INTRINSIC_STEPS, LARGEST, TRIAL_STEPS
-from real_bench.nearest import unknown_name_hint
 from real_bench.sandbox.limits import Limits
-from real_bench.spelling import spelled
-from real_bench.submissions import FROZEN
-from real_bench.yaml_files import read_mapping
+from real_bench.text.nearest import unknown_name_hint
 
 MOMENT = "%Y-%m-%d %H:%M:%S"
 

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from real_bench.competition.kept import KeptRecord
-from real_bench.quoting import quoted
+from real_bench.text.quoting import quoted
 
 Status = Literal[
     "waiting", "scored", "crashed", "out of time", "out of memory", "broken rule", "refused"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from real_bench.controller_code.manifest import MANIFEST, read_submission
 from real_bench.errors import SubmissionError
-from real_bench.files import check_folder, write_atomically
-from real_bench.submissions import MANIFEST, read_submission
-from real_bench.yaml_files import as_yaml
+from real_bench.files.outputs import check_folder, write_atomically
+from real_bench.inputs.yaml_files import as_yaml
 
 _MANIFEST = """\
 # What the organisers and the leaderboard show.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action, Command
 from real_bench.errors import ActionError
-from real_bench.numeric import finite, numbers, short
+from real_bench.inputs.numeric import finite, numbers, short
 
 if TYPE_CHECKING:
     from gymnasium import spaces

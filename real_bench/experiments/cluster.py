@@ -12,8 +12,8 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps, job_from_json
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
-from real_bench.files import write_atomically
-from real_bench.locks import temporary_folder
+from real_bench.files.locks import temporary_folder
+from real_bench.files.outputs import write_atomically
 
 SECONDS_TO_CONNECT = 10
 SECONDS_WITHOUT_WORKERS = 600

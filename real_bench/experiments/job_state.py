@@ -10,7 +10,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from real_bench.conditions import Condition
-from real_bench.counting import counted
+from real_bench.controller_code.source import (
+    ControllerSource,
+    has_code_hash,
+    is_installed,
+    recorded_name,
+)
 from real_bench.errors import (
     ControllerError,
     ExperimentError,
@@ -19,10 +24,10 @@ from real_bench.errors import (
     in_short,
 )
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
-from real_bench.naming import without_folder
 from real_bench.scoring.result import Result, load_result
 from real_bench.settings import as_validated, merged
-from real_bench.source import ControllerSource, has_code_hash, is_installed, recorded_name
+from real_bench.text.counting import counted
+from real_bench.text.naming import without_folder
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def mismatch_error(wrong: Sequence[str], remedy: str = "") -> ExperimentError:
 
 def _mismatches(job: ScoringJob, result: Result) -> list[str]:
     """What in a result does not fit the job."""
-    from real_bench.files import file_sha256
+    from real_bench.files.outputs import file_sha256
 
     setting = result.setting
     names = ("condition", "objects", "seed", "trial_steps", "run_steps")

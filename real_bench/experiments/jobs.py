@@ -20,8 +20,8 @@ from real_bench.errors import (
     RealBenchError,
     in_short,
 )
-from real_bench.file_kinds import RECORDING, RESULT, FileKind
-from real_bench.files import is_of_kind
+from real_bench.files.kinds import RECORDING, RESULT, FileKind
+from real_bench.files.outputs import is_of_kind
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend

@@ -9,12 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from real_bench.counting import counted
 from real_bench.experiments.goal_files import GoalFiles
 from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import CheckJob, Job, PlayJob, ScoringJob
 from real_bench.experiments.spec import Cell, Play, Spec
 from real_bench.sandbox.limits import Limits
+from real_bench.text.counting import counted
 
 _T = TypeVar("_T", PlayJob, ScoringJob)
 

@@ -16,7 +16,7 @@ from real_bench.errors import (
     RealBenchError,
 )
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps
-from real_bench.signal_names import signal_name
+from real_bench.text.signal_names import signal_name
 
 WORKER = "import sys; del sys.path[0]; from real_bench.experiments.worker import main; main()"
 """Does not import from the current folder, which may be a stranger's."""

@@ -7,19 +7,19 @@ import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from real_bench.counting import counted
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ExperimentError
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
 from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
 from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.spec import Spec
-from real_bench.files import OutputError
+from real_bench.files.locks import write_lock
+from real_bench.files.outputs import OutputError
 from real_bench.goal_sets import load_goal_set
-from real_bench.locks import write_lock
 from real_bench.sandbox.limits import Limits
 from real_bench.simulation import load_scene
-from real_bench.source import ControllerSource
+from real_bench.text.counting import counted
 
 log = logging.getLogger(__name__)
 

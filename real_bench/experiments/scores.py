@@ -15,12 +15,12 @@ from real_bench.experiments.plan import ExperimentPlan
 from real_bench.experiments.spec import Cell, Spec
 from real_bench.goal_sets import OFFICIAL_COUNTS
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.naming import scene_name, shareable_name
 from real_bench.physics import physics_of
 from real_bench.scoring.one_test import sources_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result
 from real_bench.simulation import DEFAULT_SCENE
+from real_bench.text.naming import scene_name, shareable_name
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,15 @@ from pydantic import (
 )
 
 from real_bench.conditions import Condition
+from real_bench.controller_code.manifest import find_submission
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ExperimentError, faults
 from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
-from real_bench.files import check_output, write_atomically
+from real_bench.files.outputs import check_output, write_atomically
+from real_bench.inputs.yaml_files import read_mapping
 from real_bench.lengths import INTRINSIC_STEPS, LARGEST, TRIAL_STEPS
-from real_bench.naming import CONTROLLER_FILE
-from real_bench.nearest import did_you_mean, unknown_name_hint
-from real_bench.source import ControllerSource
-from real_bench.submissions import find_submission
-from real_bench.yaml_files import read_mapping
+from real_bench.text.naming import CONTROLLER_FILE
+from real_bench.text.nearest import did_you_mean, unknown_name_hint
 
 TEMPLATE = Path(__file__).with_name("template.yaml")
 

@@ -14,9 +14,7 @@ from rich.table import Table
 from real_bench.experiments.scores import Row
 from real_bench.experiments.spec import Published, Spec
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.naming import scene_name
 from real_bench.physics import mixture
-from real_bench.quoting import markdown, quoted
 from real_bench.scoring.columns import ABSENT, drop_empty_columns
 from real_bench.scoring.metric import METRICS, SCORE
 from real_bench.scoring.repeats import ENOUGH_REPEATS
@@ -26,6 +24,8 @@ from real_bench.scoring.statistics import (
     Interval,
     interval_heading,
 )
+from real_bench.text.naming import scene_name
+from real_bench.text.quoting import markdown, quoted
 
 OVER = interval_heading(OVER_PLAYS_AND_GOALS)
 KEYS, MEAN = ("controller", "condition", "objects"), "mean ± s.e."

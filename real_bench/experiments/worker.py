@@ -19,11 +19,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
-from real_bench.blame import blame
+from real_bench.controller_code.blame import blame
 from real_bench.errors import Interrupted, RealBenchError
 from real_bench.experiments.jobs import job_from_json
 from real_bench.parent import exit_after
-from real_bench.quoting import quoted
+from real_bench.text.quoting import quoted
 
 SECONDS_BETWEEN_REPORTS = 0.2
 ACTIVITY_DELAY_S = 1.0

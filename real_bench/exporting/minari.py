@@ -22,15 +22,15 @@ from numpy.typing import NDArray
 from real_bench.action_environment import flat_action_space, flat_observation_space
 from real_bench.actions import ACTION_STEPS
 from real_bench.conditions import Condition
-from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.extras import extra
-from real_bench.files import OutputError, check_folder, real_path
+from real_bench.files.outputs import OutputError, check_folder, real_path
 from real_bench.recording import Recording
 from real_bench.recording.arrays import resize_images
 from real_bench.replay import fresh_states
 from real_bench.simulation.scene import load_scene
 from real_bench.spaces import action_space, observation_space
+from real_bench.text.counting import counted
 from real_bench.version import __version__
 
 if TYPE_CHECKING:

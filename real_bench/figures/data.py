@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from real_bench.figures.played import Play
 from real_bench.figures.tested import Series, Tested, series
-from real_bench.naming import explores_at_random
+from real_bench.text.naming import explores_at_random
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from real_bench.figures.data import FigureData
 from real_bench.figures.effective_actions import passes_1_cm
 from real_bench.figures.played import FigureOptions, Play
 from real_bench.figures.tested import Tested
-from real_bench.recording import package_versions
+from real_bench.provenance import package_versions
 
 
 def facts(figure_data: FigureData, options: FigureOptions) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
-from real_bench.quoting import printable
+from real_bench.text.quoting import printable
 
 if TYPE_CHECKING:
     from real_bench.figures.data import FigureData

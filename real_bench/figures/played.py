@@ -15,14 +15,14 @@ from real_bench.conditions import Condition
 from real_bench.errors import RecordingError, SceneError
 from real_bench.figures.labels import make_distinct
 from real_bench.figures.latent_codes import LatentCodes, encode_recording, sight_settings
-from real_bench.files import file_sha256
+from real_bench.files.outputs import file_sha256
+from real_bench.inputs.whole import keep_whole
 from real_bench.lengths import LARGEST
-from real_bench.naming import display_name
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
 from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
-from real_bench.whole import keep_whole
+from real_bench.text.naming import display_name
 
 
 @dataclass(frozen=True)

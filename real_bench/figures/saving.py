@@ -9,7 +9,7 @@ from typing import Any
 
 from real_bench.figures.drawing import Drawing
 from real_bench.figures.registry import FIGURES
-from real_bench.files import check_folder, check_output, write_atomically
+from real_bench.files.outputs import check_folder, check_output, write_atomically
 
 SUFFIXES = (".png", ".svg", ".csv")
 SUMMARY = "figures.json"

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from real_bench.analysis import Floats
-from real_bench.counting import counted
 from real_bench.figures import style
 from real_bench.figures.drawing import Column, Drawing, Numbers
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.analysis import scores_by_goal
-from real_bench.counting import counted
 from real_bench.errors import ResultError
-from real_bench.files import file_sha256
-from real_bench.naming import display_name, shareable_name
+from real_bench.files.outputs import file_sha256
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
+from real_bench.text.counting import counted
+from real_bench.text.naming import display_name, shareable_name
 
 
 @dataclass(frozen=True)

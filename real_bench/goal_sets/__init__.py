@@ -31,23 +31,24 @@ __all__ = [
     "trial_strip",
 ]
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "CHALLENGES": "real_bench.goal_sets.goal",
-        "OFFICIAL_COUNTS": "real_bench.goal_sets.generator",
-        "Goal": "real_bench.goal_sets.goal",
-        "GoalSet": "real_bench.goal_sets.goal",
-        "as_goal_set": "real_bench.goal_sets.file",
-        "captioned": "real_bench.goal_sets.picture",
-        "contact_sheet": "real_bench.goal_sets.picture",
-        "generate_goal_set": "real_bench.goal_sets.generator",
-        "goals_in_proportion": "real_bench.goal_sets.selection",
-        "import_official": "real_bench.goal_sets.official",
-        "load_goal_set": "real_bench.goal_sets.file",
-        "save_goal_set": "real_bench.goal_sets.file",
-        "shipped_goal_set": "real_bench.goal_sets.shipped",
-        "shipped_sizes": "real_bench.goal_sets.shipped",
-        "trial_strip": "real_bench.goal_sets.picture",
-    },
-)
+if not TYPE_CHECKING:  # or checkers would take any name for one of these
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "CHALLENGES": "real_bench.goal_sets.goal",
+            "OFFICIAL_COUNTS": "real_bench.goal_sets.generator",
+            "Goal": "real_bench.goal_sets.goal",
+            "GoalSet": "real_bench.goal_sets.goal",
+            "as_goal_set": "real_bench.goal_sets.file",
+            "captioned": "real_bench.goal_sets.picture",
+            "contact_sheet": "real_bench.goal_sets.picture",
+            "generate_goal_set": "real_bench.goal_sets.generator",
+            "goals_in_proportion": "real_bench.goal_sets.selection",
+            "import_official": "real_bench.goal_sets.official",
+            "load_goal_set": "real_bench.goal_sets.file",
+            "save_goal_set": "real_bench.goal_sets.file",
+            "shipped_goal_set": "real_bench.goal_sets.shipped",
+            "shipped_sizes": "real_bench.goal_sets.shipped",
+            "trial_strip": "real_bench.goal_sets.picture",
+        },
+    )

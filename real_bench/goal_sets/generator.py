@@ -29,13 +29,13 @@ import numpy as np
 from numpy.random import Generator, SeedSequence
 from numpy.typing import NDArray
 
-from real_bench.counting import counted
 from real_bench.errors import GoalSetError, PhysicsError
 from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet, check_size
+from real_bench.inputs.whole import whole
 from real_bench.lengths import LARGEST
 from real_bench.simulation import HOME, Scene, Simulation
 from real_bench.simulation.scene import GoalRegion
-from real_bench.whole import whole
+from real_bench.text.counting import counted
 
 GENERATOR = "realbench-1"
 OFFICIAL_COUNTS: Mapping[str, int] = MappingProxyType({"2D": 25, "2.5D": 15, "3D": 10})

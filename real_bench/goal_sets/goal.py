@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.lengths import LARGEST
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.simulation.scene import Scene

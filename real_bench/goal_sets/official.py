@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.goal_sets.goal import CHALLENGES, UNKNOWN_SEED, Goal, GoalSet, check_size
 from real_bench.goal_sets.inert_pickle import PickledCall, read_pickle
 from real_bench.goal_sets.npy import read_npy_header
 from real_bench.simulation.scene import Scene
+from real_bench.text.counting import counted
 
 GENERATOR = "real-robots-0.1.21"
 MAX_BYTES = 2**28  # 50 official goals unpack to 38 MB

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from real_bench.counting import counted
 from real_bench.goal_sets.goal import NO_BODY, GoalSet
+from real_bench.text.counting import counted
 
 MARGIN = 8
 CAPTION_HEIGHT = 24

@@ -20,9 +20,9 @@ from real_bench.errors import GoalSetError, faults
 from real_bench.fields import Seed
 from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
 from real_bench.goal_sets.goal import SECRET, UNKNOWN_SEED, GoalSet
+from real_bench.inputs.spelling import Sha256
 from real_bench.lengths import LARGEST
 from real_bench.simulation import Scene
-from real_bench.spelling import Sha256
 
 
 class Opening(BaseModel):

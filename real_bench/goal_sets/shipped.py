@@ -5,10 +5,10 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from real_bench.counting import counted
 from real_bench.errors import GoalSetError
 from real_bench.goal_sets.file import load_goal_set
-from real_bench.quoting import quoted
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 
 OFFICIAL = "official"
 

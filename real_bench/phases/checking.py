@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from real_bench.actions import Action
 from real_bench.conditions import Condition
 from real_bench.errors import ControllerDeclinedError, Interrupted, RealBenchError
+from real_bench.files.locks import temporary_folder
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.locks import temporary_folder
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import NEVER_TAKEN, IntrinsicPhase, without_hints
 from real_bench.phases.plans import plan_test_after

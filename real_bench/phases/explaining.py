@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.controls import MacroControl
-from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
-from real_bench.files import write_atomically
+from real_bench.files.outputs import write_atomically
 from real_bench.goal_sets import Goal
 from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
 from real_bench.phases.proxy import ControllerProxy, fault
 from real_bench.task import Task
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

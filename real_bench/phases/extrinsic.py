@@ -9,25 +9,26 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from real_bench.counting import counted
+from real_bench.controller_code.source import recorded_name
 from real_bench.errors import Interrupted, ResultError
-from real_bench.file_kinds import RESULT
-from real_bench.files import check_output, file_sha256
+from real_bench.files.kinds import RESULT
+from real_bench.files.locks import write_lock
+from real_bench.files.outputs import check_output, file_sha256
 from real_bench.goal_sets import goals_in_proportion
-from real_bench.locks import write_lock
+from real_bench.inputs.whole import keep_whole
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.handover import NOTHING, Handover
 from real_bench.phases.proxy import ControllerProxy, Identity
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.trial import TrialMaker, TrialPlan
 from real_bench.phases.workers import in_processes
-from real_bench.quoting import quoted
-from real_bench.recording import Recording, run_versions
+from real_bench.provenance import run_versions
+from real_bench.recording import Recording
 from real_bench.scoring.commands import largest_length
 from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
 from real_bench.scoring.result_file import MAX_FILE_BYTES
-from real_bench.source import recorded_name
-from real_bench.whole import keep_whole
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 
 OnTrial = Callable[[Result], None]
 

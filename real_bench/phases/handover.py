@@ -9,13 +9,18 @@ from pathlib import Path
 from typing import Literal
 
 from real_bench.conditions import Condition
+from real_bench.controller_code.source import (
+    ControllerSource,
+    has_code_hash,
+    recorded_name,
+    resolved,
+)
 from real_bench.errors import ControllerError
-from real_bench.naming import without_folder
 from real_bench.phases.proxy import Identity
 from real_bench.recording import ControllerState, Header, Recording
 from real_bench.scoring.result import Learned
 from real_bench.settings import dotted
-from real_bench.source import ControllerSource, has_code_hash, recorded_name, resolved
+from real_bench.text.naming import without_folder
 
 Wanted = Literal["keep", "again", "nothing"]
 """What to do in doubt: use what was learned with other code or settings (``keep``), learn again

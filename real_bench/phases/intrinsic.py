@@ -15,9 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
+from real_bench.controller_code.source import recorded_name, resolved
 from real_bench.errors import Interrupted, RealBenchError, RecordingError, StateError
-from real_bench.file_kinds import RECORDING
-from real_bench.files import check_output
+from real_bench.files.kinds import RECORDING
+from real_bench.files.outputs import check_output
+from real_bench.inputs.whole import keep_whole
 from real_bench.lengths import LARGEST
 from real_bench.phases.activity import LEARNING, Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
@@ -31,6 +33,7 @@ from real_bench.phases.proxy import (
 )
 from real_bench.phases.seeds import derived_seed
 from real_bench.phases.stopping import StopRequest, stop_requests
+from real_bench.provenance import run_versions
 from real_bench.recording import (
     MOVED_M,
     Experience,
@@ -38,12 +41,9 @@ from real_bench.recording import (
     Recorder,
     Recording,
     Snapshot,
-    run_versions,
 )
 from real_bench.simulation.scene import Scene
-from real_bench.source import recorded_name, resolved
 from real_bench.task import Task
-from real_bench.whole import keep_whole
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,18 @@ from typing import Any, cast
 import numpy as np
 
 from real_bench.actions import Action, Command, check_action, wants_render
-from real_bench.blame import blame, is_self_explanatory
-from real_bench.compat.official import OfficialActions, official_observation, official_space
 from real_bench.controller import Controller
+from real_bench.controller_code.blame import blame, is_self_explanatory
+from real_bench.controller_code.finding import (
+    find_controller,
+    is_action_level,
+    overrides_hook,
+    source_file,
+    uses_extended_api,
+)
+from real_bench.controller_code.independence import shared_through
+from real_bench.controller_code.requirements import packages_of
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import (
     ActionError,
     ControllerDeclinedError,
@@ -24,21 +33,12 @@ from real_bench.errors import (
     PhysicsError,
 )
 from real_bench.explanation import Explanation
-from real_bench.finding import (
-    find_controller,
-    is_action_level,
-    overrides_hook,
-    source_file,
-    uses_extended_api,
-)
-from real_bench.independence import shared_through
 from real_bench.logbook import Entry, take_entries
 from real_bench.observation import Observation, missing_key
+from real_bench.phases.official import OfficialActions, official_observation, official_space
 from real_bench.phases.proxy import NO_FILES, ControllerContext, Identity, fault
 from real_bench.recording import ControllerState, Experience
 from real_bench.settings import check_settings, merged, settings_in_full
-from real_bench.source import ControllerSource
-from real_bench.submissions.requirements import packages_of
 
 OFFICIAL_HOOKS = frozenset(
     f"{when}_{phase}"

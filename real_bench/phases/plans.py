@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from real_bench import defaults
 from real_bench.conditions import Condition
+from real_bench.controller_code.source import ControllerSource, resolved
 from real_bench.errors import ControllerError, RealBenchError, RecordingError
+from real_bench.files import defaults
+from real_bench.files.locks import is_being_written
 from real_bench.goal_sets import GoalSet, as_goal_set, load_goal_set, shipped_goal_set
+from real_bench.inputs.numeric import short
 from real_bench.lengths import INTRINSIC_STEPS, TRIAL_STEPS
-from real_bench.locks import is_being_written
-from real_bench.numeric import short
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
@@ -21,7 +22,6 @@ from real_bench.phases.trial import TrialPlan
 from real_bench.recording import Header, Recording
 from real_bench.settings import Values, merged
 from real_bench.simulation import DEFAULT_SCENE, Scene, load_scene
-from real_bench.source import ControllerSource, resolved
 
 DEFAULT_CONDITION = "IM"
 

@@ -22,10 +22,11 @@ from real_bench.errors import (
     PhysicsError,
     RealBenchError,
 )
-from real_bench.files import check_folder, write_atomically
+from real_bench.files.outputs import check_folder, write_atomically
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
+from real_bench.inputs.numeric import short
+from real_bench.inputs.whole import keep_whole
 from real_bench.lengths import LARGEST, MAX_TRIAL_STEPS
-from real_bench.numeric import short
 from real_bench.phases.activity import LEARNING, PLANNING, Activity, ignore_activity
 from real_bench.phases.explaining import Explainer
 from real_bench.phases.film import check_films, film_trial
@@ -40,7 +41,6 @@ from real_bench.scoring.metric import distances
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
-from real_bench.whole import keep_whole
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,10 @@ from types import ModuleType
 from typing import Any, TypeVar
 from uuid import uuid4
 
+from real_bench.controller_code.finding import controller_folders
 from real_bench.errors import RealBenchError
-from real_bench.files import write_atomically
-from real_bench.finding import controller_folders
-from real_bench.locks import temporary_folder
+from real_bench.files.locks import temporary_folder
+from real_bench.files.outputs import write_atomically
 from real_bench.parent import exit_after
 from real_bench.phases.activity import LEARNING, Activity, ignore_activity
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest

@@ -23,7 +23,7 @@ from rich.progress import (
 from rich.table import Column
 from rich.text import Text
 
-from real_bench.quoting import printable
+from real_bench.text.quoting import printable
 
 SECONDS_BETWEEN_LINES = 30.0
 ACTIVITY_DELAY_S = 1.0

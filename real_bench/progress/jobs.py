@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import click
 
 from real_bench.progress.display import ProgressDisplay
-from real_bench.quoting import printable
+from real_bench.text.quoting import printable
 
 if TYPE_CHECKING:
     from real_bench.experiments.plan import PendingJobs

@@ -11,9 +11,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.real_x.threads import fixed_threads
+from real_bench.text.counting import counted
 
 Array = NDArray[np.float64]
 

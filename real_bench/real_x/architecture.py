@@ -16,7 +16,6 @@ from pydantic import Field
 from real_bench.actions import ACTION_STEPS, Action
 from real_bench.controller import Controller, ControllerState
 from real_bench.controls import control_of
-from real_bench.counting import counted
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
@@ -28,6 +27,7 @@ from real_bench.real_x.planner import DEPTH, Plan, Planner
 from real_bench.real_x.triplets import Triplets
 from real_bench.recording import Experience
 from real_bench.settings import Settings
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:  # torch is only needed for curiosity
     from real_bench.real_x.curiosity import Curiosity

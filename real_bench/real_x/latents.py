@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from real_bench.counting import counted
 from real_bench.errors import RealBenchError
 from real_bench.real_x.foreground import ForegroundExtractor, ForegroundSettings
 from real_bench.real_x.perception import StateVector
@@ -19,6 +18,7 @@ from real_bench.real_x.triplets import Triplets
 from real_bench.real_x.vae import VAE, OnTraining, Training
 from real_bench.recording import Experience
 from real_bench.settings import Settings
+from real_bench.text.counting import counted
 
 LATENTS_PER_OBJECT = 7
 """Latent variables per object, as in the paper."""

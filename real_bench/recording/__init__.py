@@ -1,7 +1,7 @@
 """Recordings of the intrinsic phase: schema, writer, reader."""
 
 from real_bench.recording.experience import Experience
-from real_bench.recording.header import Header, package_versions, run_versions
+from real_bench.recording.header import Header
 from real_bench.recording.reader import MOVED_M, Recording
 from real_bench.recording.recorder import Recorder, ResumePoint, Snapshot
 from real_bench.recording.state import ControllerState
@@ -15,6 +15,4 @@ __all__ = [
     "Recording",
     "ResumePoint",
     "Snapshot",
-    "package_versions",
-    "run_versions",
 ]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
-from real_bench.files import atomic_replacement, check_folder
+from real_bench.files.outputs import atomic_replacement, check_folder
 from real_bench.recording.schema import IMAGES_PER_CHUNK
 
 if TYPE_CHECKING:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
-import platform
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +10,10 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from real_bench.conditions import Condition
-from real_bench.counting import counted
 from real_bench.errors import RecordingError
 from real_bench.fields import Seed
-from real_bench.quoting import quoted
-from real_bench.source import module_location
-from real_bench.version import SOURCE, __version__
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 
 FIELDS_TO_RESUME = (
     "condition",
@@ -30,17 +24,6 @@ FIELDS_TO_RESUME = (
     "seed",
     "settings",
     "images",
-)
-RECORDED_PACKAGES = (
-    "pybullet",
-    "numpy",
-    "h5py",
-    "hdf5plugin",
-    "gymnasium",
-    "scipy",
-    "pillow",
-    "opencv-python-headless",
-    "torch",
 )
 
 
@@ -166,43 +149,3 @@ class Header(BaseModel):
 def _plain(value: Any) -> Any:
     """An attribute as a Python value, not a numpy one."""
     return value.item() if isinstance(value, np.generic) else value
-
-
-@cache
-def _package_sha256() -> str:
-    """The hash of our own code, which changes more often than its version.
-
-    The same for the same code, whether it is installed, or a checkout with folders of its own for
-    what lies in the package once it is installed.
-    """
-    package = Path(__file__).parents[1]
-    files = {str(file.relative_to(package)): file for file in package.rglob("*.py")}
-    for name in ("controllers", "goals"):
-        if place := module_location(f"real_bench.{name}"):
-            files |= {f"{name}/{file.relative_to(place)}": file for file in place.rglob("*.py")}
-    digest = hashlib.sha256()
-    for name in sorted(files, key=Path):
-        digest.update(name.encode() + b"\0" + files[name].read_bytes())
-    return digest.hexdigest()
-
-
-def run_versions() -> dict[str, str]:
-    """All that can change what a run does: packages, and the fingerprint of physics."""
-    from real_bench.physics import PHYSICS, fingerprint
-
-    return {**package_versions(), PHYSICS: fingerprint()}
-
-
-def package_versions() -> dict[str, str]:
-    """The versions that can change what a run does."""
-    versions = {
-        "real-bench": __version__,
-        SOURCE: _package_sha256()[:16],
-        "python": platform.python_version(),
-    }
-    for package in RECORDED_PACKAGES:
-        try:
-            versions[package] = version(package)
-        except PackageNotFoundError:  # pragma: no cover  a dependency that is always there
-            versions[package] = "unknown"
-    return versions

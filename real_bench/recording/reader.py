@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.conditions import Condition
-from real_bench.counting import counted
 from real_bench.errors import RecordingError
-from real_bench.file_kinds import RUN_FORMAT
-from real_bench.numeric import short
+from real_bench.files.kinds import RUN_FORMAT
+from real_bench.inputs.numeric import short
 from real_bench.recording.arrays import MOMENTS, images_of, table_of
 from real_bench.recording.columns import read_poses
 from real_bench.recording.header import Header
@@ -43,6 +42,7 @@ from real_bench.recording.validation import (
     check_pieces,
     check_sizes,
 )
+from real_bench.text.counting import counted
 
 if TYPE_CHECKING:
     from real_bench.recording.torch_dataset import TripletDataset
@@ -128,6 +128,10 @@ class Recording:
     def __repr__(self) -> str:
         what = f"{counted(len(self), 'triplet')}, {self.header.condition}, {self.header.scene}"
         return f"<Recording {self.path}: {what}>"
+
+    def __iter__(self) -> Iterator[Triplet]:
+        """The triplets in the order in which they were recorded, each read when it is asked for."""
+        return (self[number] for number in range(len(self)))
 
     @overload
     def __getitem__(self, index: int) -> Triplet: ...

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.errors import RecordingError
-from real_bench.file_kinds import RECORDING
-from real_bench.files import check_output
+from real_bench.files.kinds import RECORDING
+from real_bench.files.outputs import check_output
 from real_bench.logbook import Entry
 from real_bench.recording.header import Header
 from real_bench.recording.reader import Recording

@@ -44,7 +44,7 @@ import hdf5plugin
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.file_kinds import RUN_FORMAT
+from real_bench.files.kinds import RUN_FORMAT
 from real_bench.logbook import MAX_NAME_LENGTH
 from real_bench.recording.columns import flat, pose_type
 from real_bench.recording.header import Header

@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
+from real_bench.controller_code.finding import find_controller
+from real_bench.controller_code.source import is_installed
 from real_bench.errors import ControllerError
-from real_bench.finding import find_controller
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.recording import Header
 from real_bench.scoring.result import Setting
 from real_bench.settings import dotted, settings_in_full
-from real_bench.source import is_installed
 
 UNKNOWN = object()
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-from real_bench.quoting import printable
+from real_bench.text.quoting import printable
 from real_bench.version import __version__
 
 

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from real_bench.controller_code.requirements import packages_of
+from real_bench.controller_code.source import ControllerSource, resolved
 from real_bench.errors import BrokenRuleError, ControllerError
 from real_bench.phases.proxy import NO_FILES, Identity
-from real_bench.quoting import printable
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.messages import MessageError, encode
 from real_bench.sandbox.proxy import SandboxProxy, put_files
 from real_bench.sandbox.rpc_client import RpcClient
 from real_bench.sandbox.support import SandboxSupport, sandbox_support
 from real_bench.sandbox.visible_files import visible_files
-from real_bench.source import ControllerSource, resolved
-from real_bench.submissions.requirements import packages_of
 from real_bench.task import Task
+from real_bench.text.quoting import printable
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,12 @@ import numpy as np
 from gymnasium import spaces
 
 from real_bench.actions import Action
-from real_bench.blame import blame
 from real_bench.conditions import Condition
+from real_bench.controller_code.blame import blame
+from real_bench.controller_code.finding import find_controller
+from real_bench.controller_code.source import ControllerSource
 from real_bench.controls import Control
 from real_bench.errors import RealBenchError
-from real_bench.finding import find_controller
 from real_bench.observation import Observation
 from real_bench.phases.local import LocalProxy, identify
 from real_bench.recording import Experience
@@ -31,7 +32,6 @@ from real_bench.sandbox.messages import Size
 from real_bench.sandbox.observation_packing import Unpacker
 from real_bench.sandbox.working_directory import new_files, put_files
 from real_bench.simulation.scene import Manifest, Scene
-from real_bench.source import ControllerSource
 from real_bench.spaces import action_space, observation_space
 
 ANYTHING = Size(structure=1 << 28, numbers=1 << 36)  # the parent is trusted

@@ -20,14 +20,14 @@ from real_bench.errors import (
     OutOfMemoryError,
     RealBenchError,
 )
-from real_bench.locks import temporary_folder
-from real_bench.quoting import printable
+from real_bench.files.locks import temporary_folder
 from real_bench.sandbox.channel import Channel
 from real_bench.sandbox.faults import is_out_of_memory
 from real_bench.sandbox.limits import Limits
 from real_bench.sandbox.support import SandboxSupport, Site, bubblewrap_options, python_command
 from real_bench.sandbox.visible_files import VisibleFiles
-from real_bench.signal_names import signal_name
+from real_bench.text.quoting import printable
+from real_bench.text.signal_names import signal_name
 
 OUTPUT_BYTES = 1 << 20
 KEPT_VARIABLES = (

@@ -13,7 +13,6 @@ from real_bench.errors import (
     ControllerFailedError,
     OutOfTimeError,
 )
-from real_bench.quoting import printable
 from real_bench.sandbox.channel import ChannelClosed, DeadlineExceeded
 from real_bench.sandbox.faults import fault_of_kind
 from real_bench.sandbox.limits import Limits
@@ -21,6 +20,7 @@ from real_bench.sandbox.messages import MessageError, Size, check_plain
 from real_bench.sandbox.process import Process
 from real_bench.sandbox.support import SandboxSupport
 from real_bench.sandbox.visible_files import VisibleFiles
+from real_bench.text.quoting import printable
 
 ANSWER = Size(structure=1 << 16, numbers=1 << 24)
 EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)

@@ -9,15 +9,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.benchmark_files import is_benchmark_file
-from real_bench.errors import ControllerError
-from real_bench.source import (
+from real_bench.controller_code.benchmark_files import is_benchmark_file
+from real_bench.controller_code.source import (
     OURS,
     ControllerSource,
     ignored_paths,
     is_ignored,
     module_location,
 )
+from real_bench.errors import ControllerError
 
 SYSTEM = (
     "/usr",

@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
-from real_bench.source import is_ignored
+from real_bench.controller_code.source import is_ignored
 
 BEGINNING = ".realbench-beginning"
 """The file that says what was there at the start: names and hashes."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from real_bench.counting import tallied_if_mixed
 from real_bench.errors import ResultError
-from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting
 from real_bench.settings import dotted
+from real_bench.text.counting import tallied_if_mixed
+from real_bench.text.quoting import quoted
 from real_bench.version import SOURCE
 
 NAMES = {

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from real_bench.counting import counted
 from real_bench.scoring.result import Result
+from real_bench.text.counting import counted
 
 FEW_GOALS = 10
 

@@ -10,11 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from real_bench.counting import counted
 from real_bench.errors import ResultError, faults
-from real_bench.files import write_atomically
+from real_bench.files.outputs import write_atomically
 from real_bench.goal_sets.goal import CHALLENGES
-from real_bench.quoting import quoted
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
 from real_bench.scoring.older import upgrade
@@ -29,6 +27,8 @@ from real_bench.scoring.result_file import (
     read_content,
     sealed,
 )
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 
 Pose = Annotated[tuple[float, ...], Field(min_length=7, max_length=7)]
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from real_bench.errors import ResultError
-from real_bench.file_kinds import RESULT
-from real_bench.quoting import quoted
+from real_bench.files.kinds import RESULT
+from real_bench.text.quoting import quoted
 
 FORMAT = RESULT.holds.decode()
 VERSION = 3

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from real_bench.physics import mixture, physics_of
-from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.one_test import mixed_sources, sources_of
 from real_bench.scoring.parts import describe_part, warn_of_few
@@ -14,6 +13,7 @@ from real_bench.scoring.repeats import ENOUGH_REPEATS
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import MIN_PLAYS
 from real_bench.settings import dotted
+from real_bench.text.quoting import quoted
 
 NAMES = "A", "B"
 MAX_LENGTH = 300

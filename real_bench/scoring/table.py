@@ -8,9 +8,7 @@ from rich import box
 from rich.console import Group
 from rich.table import Table
 
-from real_bench.counting import counted
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.quoting import quoted
 from real_bench.scoring.columns import drop_empty_columns
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
@@ -19,6 +17,8 @@ from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.sides import MAX_LENGTH, NAMES, distinguishing, remarks
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
 from real_bench.scoring.summary import TOTAL, ClassSummary, summarise
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 
 
 def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:

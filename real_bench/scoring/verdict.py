@@ -8,20 +8,20 @@ from dataclasses import asdict, dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from real_bench.counting import counted
 from real_bench.errors import ControllerError, ControllerFailedError, ResultError
+from real_bench.inputs.numeric import short
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.naming import display_name
-from real_bench.numeric import short
 from real_bench.physics import mixture, physics_of
-from real_bench.quoting import markdown as _escaped
-from real_bench.quoting import quoted
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
 from real_bench.scoring.one_test import check_one_test, mixed_sources, sources_of
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
+from real_bench.text.counting import counted
+from real_bench.text.naming import display_name
+from real_bench.text.quoting import markdown as _escaped
+from real_bench.text.quoting import quoted
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml

@@ -21,16 +21,17 @@ __all__ = [
     "load_scene",
 ]
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "DEFAULT_SCENE": "real_bench.simulation.scene",
-        "HOME": "real_bench.simulation.posture",
-        "STEP_S": "real_bench.simulation.simulation",
-        "Image": "real_bench.simulation.camera",
-        "Scene": "real_bench.simulation.scene",
-        "Segment": "real_bench.simulation.simulation",
-        "Simulation": "real_bench.simulation.simulation",
-        "load_scene": "real_bench.simulation.scene",
-    },
-)
+if not TYPE_CHECKING:  # or checkers would take any name for one of these
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "DEFAULT_SCENE": "real_bench.simulation.scene",
+            "HOME": "real_bench.simulation.posture",
+            "STEP_S": "real_bench.simulation.simulation",
+            "Image": "real_bench.simulation.camera",
+            "Scene": "real_bench.simulation.scene",
+            "Segment": "real_bench.simulation.simulation",
+            "Simulation": "real_bench.simulation.simulation",
+            "load_scene": "real_bench.simulation.scene",
+        },
+    )

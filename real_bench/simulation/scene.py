@@ -15,10 +15,10 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from real_bench.errors import SceneError, faults
-from real_bench.nearest import did_you_mean, unknown_name_hint
-from real_bench.spelling import Sha256, spelled
-from real_bench.whole import whole
-from real_bench.yaml_files import read_mapping
+from real_bench.inputs.spelling import Sha256, spelled
+from real_bench.inputs.whole import whole
+from real_bench.inputs.yaml_files import read_mapping
+from real_bench.text.nearest import did_you_mean, unknown_name_hint
 
 SHIPPED_SCENES = Path(__file__).parent / "scenes"
 DEFAULT_SCENE = "official"

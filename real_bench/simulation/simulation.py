@@ -16,13 +16,13 @@ from typing import NoReturn, SupportsIndex
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.counting import counted
 from real_bench.errors import PhysicsError, SceneError
 from real_bench.simulation.bullet import pybullet
 from real_bench.simulation.camera import Camera, Image
 from real_bench.simulation.posture import HOME
 from real_bench.simulation.robot import Robot, expand_to_driven_joints, load_body
 from real_bench.simulation.scene import Scene
+from real_bench.text.counting import counted
 
 STEP_S = 0.005
 GRAVITY = (0.0, 0.0, -9.81)

@@ -9,15 +9,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.benchmark_files import is_benchmark_file
+from real_bench.controller_code.benchmark_files import is_benchmark_file
+from real_bench.controller_code.manifest import FROZEN, is_submission
+from real_bench.controller_code.packing import open_submission
+from real_bench.controller_code.source import ControllerSource, is_ignored
 from real_bench.errors import ControllerError, ResultError, SubmissionError
-from real_bench.files import file_sha256
-from real_bench.locks import temporary_folder
+from real_bench.files.locks import temporary_folder
+from real_bench.files.outputs import file_sha256
 from real_bench.scoring.result import Setting, parse_content
 from real_bench.scoring.result_file import read_content
-from real_bench.source import ControllerSource, is_ignored
-from real_bench.submissions import FROZEN, is_submission
-from real_bench.submissions.packing import open_submission
 
 PACKED = frozenset({".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z", ".rar"})
 

@@ -9,10 +9,11 @@ from pathlib import Path
 from random import SystemRandom
 
 from real_bench.conditions import Condition
-from real_bench.counting import counted
+from real_bench.controller_code.manifest import read_submission
+from real_bench.controller_code.requirements import packages_of
 from real_bench.errors import RealBenchError, ResultError, SubmissionError
+from real_bench.files.locks import temporary_folder
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
-from real_bench.locks import temporary_folder
 from real_bench.phases.handover import Wanted
 from real_bench.phases.intrinsic import IntrinsicPhase
 from real_bench.phases.proxy import Identity
@@ -22,8 +23,7 @@ from real_bench.recording.state import is_same_state
 from real_bench.sandbox import Limits, SandboxBackend
 from real_bench.scoring.result import Result, TrialResult
 from real_bench.simulation import load_scene
-from real_bench.submissions import read_submission
-from real_bench.submissions.requirements import packages_of
+from real_bench.text.counting import counted
 from real_bench.verification.bundles import Bundle
 from real_bench.verification.parts import (
     DISPUTED,

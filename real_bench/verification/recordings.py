@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.errors import ActionError, Interrupted, PhysicsError, RecordingError
+from real_bench.inputs.whole import keep_whole
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.recording import Recording
 from real_bench.recording.schema import IMAGES_PER_CHUNK
@@ -32,7 +33,6 @@ from real_bench.verification.differences import (
 )
 from real_bench.verification.verdicts import RecordingVerdict
 from real_bench.verification.versions import Physics, versions_differ
-from real_bench.whole import keep_whole
 
 OnReplay = Callable[[int, int], None]
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 from real_bench.conditions import Condition
-from real_bench.counting import counted
+from real_bench.controller_code.source import ControllerSource, has_code_hash
 from real_bench.errors import ControllerError
-from real_bench.files import file_sha256
+from real_bench.files.outputs import file_sha256
 from real_bench.goal_sets import GoalSet, goals_in_proportion
 from real_bench.lengths import TRIAL_STEPS
-from real_bench.quoting import quoted
 from real_bench.recording import Recording
 from real_bench.scoring.result import Result
 from real_bench.scoring.result_file import Content, is_sealed
 from real_bench.simulation.scene import Scene
-from real_bench.source import ControllerSource, has_code_hash
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 from real_bench.verification.versions import versions_differ
 
 

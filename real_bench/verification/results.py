@@ -9,20 +9,20 @@ from functools import partial
 from pathlib import Path
 
 from real_bench.conditions import Condition
-from real_bench.counting import counted
 from real_bench.errors import GoalSetError, Interrupted, ResultError
 from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
+from real_bench.inputs.whole import keep_whole
 from real_bench.phases.stopping import StopRequest, stop_requests
 from real_bench.phases.workers import in_processes
-from real_bench.quoting import quoted
 from real_bench.scoring.result import Result, Setting, TrialResult, parse_content
 from real_bench.scoring.result_file import read_content
 from real_bench.simulation.scene import Scene, load_scene, shipped_scenes
+from real_bench.text.counting import counted
+from real_bench.text.quoting import quoted
 from real_bench.verification.result_checks import ResultChecks
 from real_bench.verification.trials import TrialReplayer
 from real_bench.verification.verdicts import ResultVerdict, TrialCheck
 from real_bench.verification.versions import Physics
-from real_bench.whole import keep_whole
 
 OnReplay = Callable[[int, int], None]
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from real_bench.physics import UNKNOWN, fingerprint, physics_of
-from real_bench.quoting import quoted
-from real_bench.recording import package_versions
+from real_bench.provenance import package_versions
+from real_bench.text.quoting import quoted
 
 DECISIVE = ("pybullet", "numpy")
 

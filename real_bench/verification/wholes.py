@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import (
     ActionError,
     ControllerError,
@@ -19,11 +20,10 @@ from real_bench.errors import (
     RecordingError,
     ResultError,
 )
-from real_bench.files import file_sha256
+from real_bench.files.outputs import file_sha256
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result
-from real_bench.source import ControllerSource
 from real_bench.verification.bundles import Bundle
 from real_bench.verification.doing_again import check_actions, check_play
 from real_bench.verification.parts import (

@@ -8,9 +8,9 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from real_bench.counting import counted
-from real_bench.naming import display_name
-from real_bench.quoting import printable
+from real_bench.text.counting import counted
+from real_bench.text.naming import display_name
+from real_bench.text.quoting import printable
 from real_bench.watching.curves import ASCII, BLOCKS, bin_means, curve
 from real_bench.watching.following import Moment
 from real_bench.watching.status import LATEST_ACTIONS

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.locks import is_being_written
+from real_bench.files.locks import is_being_written
 from real_bench.recording import MOVED_M, Header, Recording
 
 LATEST_ACTIONS = 500

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import TracebackType
 
 from real_bench.extras import extra
-from real_bench.files import OutputError, check_folder
+from real_bench.files.outputs import OutputError, check_folder
 from real_bench.watching.following import Moment
 
 ACTIONS_PER_POINT = 100

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.compat.official import OfficialActions
 from real_bench.controls.joints import JointControl
+from real_bench.phases.official import OfficialActions
 from real_bench.simulation import Scene
 from tests.compat.conftest import RunScript
 
@@ -158,7 +158,7 @@ def test_controllers_loaded_by_realbench_get_our_package(
         "    def step(self, observation, reward, done): ...\n"
     )
     ran = run_script(
-        "from real_bench.finding import find_controller\n"
+        "from real_bench.controller_code.finding import find_controller\n"
         f"print(find_controller({str(controller)!r}).__mro__[1].__module__)",
         path=another,
     )

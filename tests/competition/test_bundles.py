@@ -14,6 +14,7 @@ from typing import Any
 import h5py
 import pytest
 
+from real_bench.controller_code.source import ControllerSource
 from real_bench.goal_sets import (
     generate_goal_set,
     load_goal_set,
@@ -23,7 +24,6 @@ from real_bench.goal_sets import (
 from real_bench.physics import PHYSICS, fingerprint
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
-from real_bench.source import ControllerSource
 from real_bench.verification import ResultVerification, doing_again
 from real_bench.verification.doing_again import draw_trials
 from real_bench.verification.results import NotGivenError

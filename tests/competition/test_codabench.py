@@ -22,8 +22,8 @@ from PIL import Image
 from real_bench.competition.platform import score
 from real_bench.competition.spec import Round, read_competition
 from real_bench.competition.standing import FailureRecord
+from real_bench.controller_code.packing import pack
 from real_bench.goal_sets import load_goal_set
-from real_bench.submissions.packing import pack
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, ROUND, derived, rounds, submission
 from tests.competition.test_ranking import FACTS, row

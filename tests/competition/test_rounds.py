@@ -18,12 +18,12 @@ from real_bench.competition.leaderboard import read_leaderboards
 from real_bench.competition.round_file import load_round
 from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
+from real_bench.controller_code.packing import pack
 from real_bench.controls import CONTROLS
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets import generate_goal_set, save_goal_set
 from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
-from real_bench.submissions.packing import pack
 from tests.cli.shell import killed_at_work, realbench
 from tests.competition.five import CRASHING, GOOD, MEMORY, ROUND, derived, rounds, submission
 from tests.competition.test_bundles import forge

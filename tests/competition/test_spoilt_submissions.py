@@ -13,12 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.benchmark_files import is_benchmark_file
 from real_bench.competition.checking import SubmissionCheck
 from real_bench.competition.entries import Entry, read_entries
 from real_bench.competition.standing import Standing
-from real_bench.source import ControllerSource
-from real_bench.submissions.packing import pack
+from real_bench.controller_code.benchmark_files import is_benchmark_file
+from real_bench.controller_code.packing import pack
+from real_bench.controller_code.source import ControllerSource
 from tests.cli.shell import realbench
 from tests.competition.five import GOOD, rounds, submission
 from tests.competition.spoilt import SPOILT, packed

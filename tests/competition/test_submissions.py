@@ -16,14 +16,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from junitparser import Failure, JUnitXml
 
+from real_bench.controller_code.manifest import read_submission, requirements
+from real_bench.controller_code.packing import MAX_BYTES, pack, unpack
+from real_bench.controller_code.requirements import UnreachableError, packages_of
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ControllerError, RealBenchError, SubmissionError
 from real_bench.recording import Recording
 from real_bench.sandbox.limits import TEMPORARY_BYTES
 from real_bench.scoring.result import load_result
-from real_bench.source import ControllerSource
-from real_bench.submissions import read_submission, requirements
-from real_bench.submissions.packing import MAX_BYTES, pack, unpack
-from real_bench.submissions.requirements import UnreachableError, packages_of
 from tests.cli.shell import realbench
 from tests.competition.five import CRASHING, GOOD, HANGING, derived, submission
 from tests.competition.wheels import NAME, wheel

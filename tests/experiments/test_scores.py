@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from real_bench.conditions import Condition
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ExperimentError
 from real_bench.experiments import Spec, read_spec
 from real_bench.experiments.job_state import JobState, state_of
@@ -22,7 +23,6 @@ from real_bench.phases.local import LocalBackend
 from real_bench.recording import Recorder
 from real_bench.scoring.repeats import by_goal, summarise_repeats
 from real_bench.simulation import Scene, load_scene
-from real_bench.source import ControllerSource
 from real_bench.version import SOURCE
 from tests.cli.shell import realbench
 from tests.experiments.conftest import DISTANCES, WriteSpec, keep

@@ -168,7 +168,7 @@ def test_missing_images_are_reported_before_work_begins(
 
 
 def test_two_tables_cannot_share_a_folder(write_spec: WriteSpec, tmp_path: Path) -> None:
-    from real_bench.locks import write_lock
+    from real_bench.files.locks import write_lock
 
     path = write_spec()
     (tmp_path / "results").mkdir()

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.file_kinds import (
+from real_bench.files.kinds import (
     GOAL_SET,
     JUNIT,
     RECORDING,
@@ -24,7 +24,7 @@ from real_bench.file_kinds import (
     WHOLE,
     FileKind,
 )
-from real_bench.files import Output, OutputError, atomic_replacement
+from real_bench.files.outputs import Output, OutputError, atomic_replacement
 from tests.outside.bench import ROOT, Done, as_nobody, command, needs_root, state_of
 
 WHO = ("--controller", "real_r", "--scene", "builtin", "--condition", "OM")

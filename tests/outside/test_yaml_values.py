@@ -12,9 +12,9 @@ import pytest
 
 from real_bench.errors import ControllerError, ExperimentError, RealBenchError, SceneError
 from real_bench.experiments import read_spec
+from real_bench.inputs.yaml_files import read_mapping
 from real_bench.settings import read_settings
 from real_bench.simulation.scene import load_scene, read_manifest
-from real_bench.yaml_files import read_mapping
 
 VALUES: dict[str, Any] = {
     "50": 50,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from real_bench.errors import Interrupted, RealBenchError
-from real_bench.files import OutputError
-from real_bench.naming import shareable_name
+from real_bench.files.outputs import OutputError
 from real_bench.recording import Recording
+from real_bench.text.naming import shareable_name
 from tests.phases.conftest import Play, toy
 
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from real_bench.conditions import CONDITION_NAMES, Condition
+from real_bench.controller_code.finding import find_controller
 from real_bench.errors import ControllerError, RecordingError
-from real_bench.finding import find_controller
 from real_bench.goal_sets import GoalSet
 from real_bench.recording import Recording
 from real_bench.simulation import Scene

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ControllerError, RecordingError
-from real_bench.naming import shareable_name
 from real_bench.recording import Recording, recorder
 from real_bench.recording.writer import AppendOnlyFile
-from real_bench.source import ControllerSource
+from real_bench.text.naming import shareable_name
 from tests.phases.conftest import Play, toy
 from tests.recording.bench import SCENE, realbench, recorded_steps, run, start, wait_for
 

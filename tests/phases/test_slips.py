@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from real_bench import whole
-from real_bench.blame import blame
 from real_bench.cli.describing import describe_recording
 from real_bench.conditions import Condition
+from real_bench.controller_code.blame import blame
+from real_bench.controller_code.finding import find_controller
 from real_bench.errors import ControllerError, RealBenchError
-from real_bench.finding import find_controller
+from real_bench.inputs import whole
 from real_bench.observation import missing_key
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from real_bench.locks import temporary_folder
+from real_bench.files.locks import temporary_folder
 from real_bench.phases.workers import _run_task, _WorkerState
 from tests.recording.bench import PATIENCE_S
 
@@ -69,7 +69,7 @@ def test_folder_of_a_killed_process_is_removed_by_the_next(
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     killed = (
         "import os, signal\n"
-        "from real_bench.locks import temporary_folder\n"
+        "from real_bench.files.locks import temporary_folder\n"
         "with temporary_folder('mine-') as folder:\n"
         "    (folder / 'part').write_text('kept')\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
@@ -87,7 +87,7 @@ def test_folder_of_a_killed_process_is_removed_by_the_next(
 
 
 MANY = """
-from real_bench.locks import temporary_folder
+from real_bench.files.locks import temporary_folder
 
 for _ in range(200):
     with temporary_folder("mine-") as folder:
@@ -122,7 +122,7 @@ def test_folder_is_removed_whatever_it_contains(tmp_path: Path, trap: str) -> No
     }
     told = (
         "import os\n"
-        "from real_bench.locks import temporary_folder\n"
+        "from real_bench.files.locks import temporary_folder\n"
         "with temporary_folder('mine-') as folder:\n"
         "    os.chdir(folder)\n"
         f"    {traps[trap]}\n"

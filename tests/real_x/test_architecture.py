@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from real_bench.conditions import Condition
 from real_bench.controller import Controller
+from real_bench.controller_code.finding import find_controller
 from real_bench.errors import ControllerError, RealBenchError
-from real_bench.finding import find_controller
 from real_bench.goal_sets import GoalSet, generate_goal_set
 from real_bench.phases.extrinsic import ExtrinsicPhase
 from real_bench.phases.intrinsic import IntrinsicPhase

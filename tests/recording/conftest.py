@@ -8,7 +8,8 @@ from hypothesis import settings
 
 from real_bench.conditions import Condition
 from real_bench.phases.intrinsic import IntrinsicPhase
-from real_bench.recording import Header, Recording, package_versions
+from real_bench.provenance import package_versions
+from real_bench.recording import Header, Recording
 from real_bench.simulation import Scene, load_scene
 from tests.recording.bench import SCENE, ignore
 

@@ -1,10 +1,5 @@
 from __future__ import annotations
 
-import shutil
-import subprocess
-import sys
-from pathlib import Path
-
 import h5py
 import pytest
 from hypothesis import given, settings
@@ -12,9 +7,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from real_bench.conditions import Condition, ConditionError
-from real_bench.recording import Header, package_versions
+from real_bench.recording import Header
 from real_bench.recording.header import FIELDS_TO_RESUME
-from real_bench.version import SOURCE
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=30)
 SHA256 = st.text("0123456789abcdef", min_size=64, max_size=64)
@@ -124,31 +118,3 @@ def test_earlier_version_of_the_control_does_not_fit(header: Header) -> None:
     told = "its macro-actions have version 1, this realbench has 2"
     assert told in run.mismatches(Condition.parse("OM"), 2, header.scene_sha256)[0]
     assert run.differences(header) == ["control_version: 1, not 2"]
-
-
-def test_package_versions_are_known() -> None:
-    assert {"real-bench", "python", "pybullet", "numpy"} <= package_versions().keys()
-    assert "unknown" not in package_versions().values()
-
-
-def test_our_code_has_one_hash_installed_or_not(tmp_path: Path) -> None:
-    """A wheel has in the package what a checkout has beside it."""
-    root = Path(__file__).parents[2]
-    installed = tmp_path / "real_bench"
-    for source, target in (
-        (root / "real_bench", installed),
-        (root / "controllers", installed / "controllers"),
-        (root / "goals", installed / "goals"),
-    ):
-        shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
-    code = (
-        f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
-        "from real_bench.recording import header\n"
-        "print(header.__file__, header.package_versions()[header.SOURCE])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    file, found = done.stdout.split()
-    assert file.startswith(str(tmp_path))
-    assert found == package_versions()[SOURCE]

@@ -11,7 +11,7 @@ import pytest
 
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
-from real_bench.file_kinds import RUN_FORMAT
+from real_bench.files.kinds import RUN_FORMAT
 from real_bench.recording import Experience, Recording
 from real_bench.recording.schema import SCHEMA_VERSION
 

@@ -10,12 +10,12 @@ import h5py
 import numpy as np
 import pytest
 
+from real_bench.controller_code.finding import find_controller
+from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ControllerError, RealBenchError
-from real_bench.finding import find_controller
 from real_bench.goal_sets import GoalSet, save_goal_set
 from real_bench.sandbox import Limits, SandboxBackend, SandboxSupport
 from real_bench.sandbox.visible_files import visible_files
-from real_bench.source import ControllerSource
 from tests.cli.shell import realbench
 from tests.recording.bench import recorded_steps
 from tests.sandbox.conftest import LIMITS, Play

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from real_bench.actions import Action
 from real_bench.errors import ResultError
-from real_bench.files import OutputError
+from real_bench.files.outputs import OutputError
 from real_bench.scoring import result_file
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result

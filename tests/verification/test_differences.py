@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from real_bench.quoting import MAX_LENGTH, quoted
+from real_bench.text.quoting import MAX_LENGTH, quoted
 from real_bench.verification.differences import Difference, numbers_differ, poses_differ
 
 NUMBERS = st.floats(-5, 5)

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from real_bench.controller_code.source import ControllerSource
 from real_bench.controls import MacroControl
 from real_bench.errors import BrokenRuleError, ControllerError
 from real_bench.observation import Observation
@@ -16,7 +17,6 @@ from real_bench.sandbox.backend import _identity
 from real_bench.sandbox.messages import HEAD, decode, encode
 from real_bench.sandbox.proxy import SandboxProxy
 from real_bench.sandbox.rpc_client import RpcClient
-from real_bench.source import ControllerSource
 
 pytestmark = pytest.mark.attacks
 

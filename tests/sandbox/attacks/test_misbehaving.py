@@ -316,7 +316,7 @@ def test_an_entry_point_raises(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     """In our own process, too: whatever it raises is an error of ours."""
     from importlib.metadata import EntryPoint
 
-    from real_bench import finding, source
+    from real_bench.controller_code import finding, source
 
     (tmp_path / "entry_that_exits.py").write_text("raise SystemExit(0)")
     monkeypatch.syspath_prepend(tmp_path)

@@ -17,11 +17,11 @@ import zipfile
 from importlib.metadata import distributions
 from pathlib import Path
 
+from real_bench.controller_code.manifest import WHEELS, Submission
+from real_bench.controller_code.submission_faults import OUR_TROUBLE, as_submission_error
 from real_bench.errors import RealBenchError, SubmissionError
-from real_bench.files import check_folder, file_sha256
-from real_bench.locks import write_lock
-from real_bench.submissions.blame import OUR_TROUBLE, as_submission_error
-from real_bench.submissions.manifest import WHEELS, Submission
+from real_bench.files.locks import write_lock
+from real_bench.files.outputs import check_folder, file_sha256
 
 SECONDS_TO_INSTALL = 1800
 DONE = "installed.json"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from real_bench.errors import RealBenchError
 
-OURS = Path(__file__).parent
+OURS = Path(__file__).parents[1]
 
 
 def blame(error: BaseException, place: Path | None = None) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from real_bench.errors import RealBenchError
-from real_bench.file_kinds import FIRST_BYTES, WHOLE, FileKind
+from real_bench.files.kinds import FIRST_BYTES, WHOLE, FileKind
 
 MOUNTS = Path("/proc/self/mountinfo")
 KINDS = {

@@ -14,11 +14,16 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
+from real_bench.controller_code.manifest import (
+    MANIFEST,
+    Submission,
+    find_submission,
+    read_submission,
+)
 from real_bench.errors import ControllerError
-from real_bench.files import file_sha256
-from real_bench.naming import CONTROLLER_FILE, shareable_name
-from real_bench.nearest import did_you_mean
-from real_bench.submissions import MANIFEST, Submission, find_submission, read_submission
+from real_bench.files.outputs import file_sha256
+from real_bench.text.naming import CONTROLLER_FILE, shareable_name
+from real_bench.text.nearest import did_you_mean
 
 GROUP = "real_bench.controllers"
 OURS = "real_bench.controllers"
@@ -116,7 +121,7 @@ class ControllerSource:
 
     def submitted_files(self) -> list[Path]:
         """Every file in its place that is not the benchmark's; raises ControllerError."""
-        from real_bench.benchmark_files import is_benchmark_file  # loads numpy
+        from real_bench.controller_code.benchmark_files import is_benchmark_file  # loads numpy
 
         return sorted(file for file in self.files() if not is_benchmark_file(file))
 

@@ -8,12 +8,12 @@ import zipfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
-from real_bench.counting import counted
+from real_bench.controller_code.manifest import MANIFEST, is_submission
+from real_bench.controller_code.source import ControllerSource
+from real_bench.controller_code.submission_faults import as_submission_error
 from real_bench.errors import SubmissionError
-from real_bench.files import write_atomically
-from real_bench.source import ControllerSource
-from real_bench.submissions import MANIFEST, is_submission
-from real_bench.submissions.blame import as_submission_error
+from real_bench.files.outputs import write_atomically
+from real_bench.text.counting import counted
 
 MAX_BYTES = 768 * 2**20
 """A controller works in a copy of it, in a folder of 1 GiB, where it needs room to write."""

@@ -7,7 +7,7 @@ import zipfile
 from contextlib import suppress
 from pathlib import Path
 
-from real_bench.file_kinds import ARCHIVE, FIRST_BYTES, GOAL_SET, RECORDING, RESULT, RUN_FORMAT
+from real_bench.files.kinds import ARCHIVE, FIRST_BYTES, GOAL_SET, RECORDING, RESULT, RUN_FORMAT
 from real_bench.goal_sets.official import PICKLED_FROM
 
 

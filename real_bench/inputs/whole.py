@@ -8,8 +8,8 @@ from numbers import Integral, Real
 from typing import Any
 
 from real_bench.errors import RealBenchError
+from real_bench.inputs.numeric import short
 from real_bench.lengths import LARGEST
-from real_bench.numeric import short
 
 
 def whole(

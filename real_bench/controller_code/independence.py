@@ -10,7 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from real_bench.source import is_ignored
+from real_bench.controller_code.source import is_ignored
 
 MAX_DEPTH = 6
 """How deep inside a shared place to look for the controller."""

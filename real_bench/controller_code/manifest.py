@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from real_bench.errors import SubmissionError, faults
 from real_bench.fields import ConditionName
-from real_bench.nearest import unknown_name_hint
-from real_bench.yaml_files import read_mapping
+from real_bench.inputs.yaml_files import read_mapping
+from real_bench.text.nearest import unknown_name_hint
 
 MANIFEST = "submission.yaml"
 """The file by which a folder is a submission."""

@@ -13,11 +13,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from real_bench.blame import blame
 from real_bench.controller import BasePolicy, Controller
+from real_bench.controller_code import official_module
+from real_bench.controller_code.blame import blame
+from real_bench.controller_code.source import ControllerSource, installed, is_ignored
 from real_bench.errors import ControllerError, SubmissionError
-from real_bench.nearest import did_you_mean
-from real_bench.source import ControllerSource, installed, is_ignored
+from real_bench.text.nearest import did_you_mean
 
 SUBMITTED = "SubmittedPolicy"
 """The official name for the class that a file submits."""
@@ -38,7 +39,7 @@ def find_controller(spec: str) -> type[Any]:
     Raises:
         ControllerError: it does not exist or cannot be loaded, with file, line and reason.
     """
-    _provide_official_module()
+    official_module.install(replace=True)  # even if the official one is installed
     source = ControllerSource.of(spec)
     if source.file is not None:
         module = _load_submitted(source.file, source.place, spec)
@@ -220,10 +221,3 @@ def _check_class(loaded: Any, spec: str) -> type[Any]:
 def _is_controller_like(value: type[Any]) -> bool:
     step = getattr(value, "step", None)
     return is_action_level(value) or (callable(step) and step is not BasePolicy.step)
-
-
-def _provide_official_module() -> None:
-    """Let a controller import ``real_robots``: ours, even if the official one is installed."""
-    from real_bench import compat
-
-    compat.install(replace=True)

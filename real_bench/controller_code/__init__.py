@@ -1,0 +1,1 @@
+"""A controller's code: its place, class, hash and packages, and what makes it a submission."""

@@ -1,0 +1,1 @@
+"""What users give, checked: numbers, names, fields and YAML files."""

@@ -1,0 +1,1 @@
+"""Words for messages: names, counts, quotes, and what was meant by a misspelt word."""
