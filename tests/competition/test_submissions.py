@@ -16,7 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from junitparser import Failure, JUnitXml
 
-from real_bench.controller_code.manifest import read_submission, requirements
+from real_bench.controller_code import requirements
+from real_bench.controller_code.manifest import read_submission
 from real_bench.controller_code.packing import MAX_BYTES, pack, unpack
 from real_bench.controller_code.requirements import UnreachableError, packages_of
 from real_bench.controller_code.source import ControllerSource
