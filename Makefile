@@ -3,6 +3,8 @@ PYTHON ?= python3
 LOWEST_PYTHON ?= python3.10
 CONSTRAINTS ?= constraints.txt
 BIN := .venv/bin
+# Hundreds of commands start in processes of their own, so what they import is compiled but once.
+export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: demo test test-lowest coverage check lint types docs container bench faults fuzz clean
 
@@ -14,8 +16,6 @@ demo: .venv/ready
 	$(BIN)/realbench report evaluation/demo.yaml demo/*.h5 demo/*.json --goals demo/goals-ten-1.npy \
 		--out demo/report.html --overwrite
 
-# Hundreds of commands start in processes of their own, so what they import is compiled but once.
-test test-lowest coverage: export PYTHONDONTWRITEBYTECODE =
 # Tests wait for processes, so one worker more than there are cores keeps these busy.
 test test-lowest coverage: export PYTEST_XDIST_AUTO_NUM_WORKERS ?= $(shell $(PYTHON) -c \
 	"import os; print(os.cpu_count() + 1)")
