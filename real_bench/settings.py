@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
 
 from real_bench.errors import ControllerError, faults
 from real_bench.inputs.yaml_files import parse, read_mapping
@@ -158,10 +159,15 @@ def _nested(names: list[str], value: Any) -> Values:
 def _default_values(kind: type[Settings], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Every name that can be set, dotted, with its default."""
     for name, field in kind.model_fields.items():
-        default = (
-            "(required)" if field.is_required() else field.get_default(call_default_factory=True)
-        )
+        default = "(required)" if field.is_required() else _default(field)
         if isinstance(default, Settings):
             yield from _default_values(type(default), f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", default
+
+
+def _default(field: FieldInfo) -> Any:
+    try:
+        return field.get_default(call_default_factory=True)
+    except Exception:  # a factory that is made for other values, or is a stranger's
+        return "(computed)"

@@ -29,6 +29,7 @@ from real_bench.settings import (
     read_settings,
     settings_class,
     settings_in_full,
+    validated,
 )
 from real_bench.simulation import Scene
 from real_bench.text.nearest import did_you_mean
@@ -83,6 +84,15 @@ def test_assignments_are_parsed_as_names_and_yaml(
     assignments: list[str], values: dict[str, Any]
 ) -> None:
     assert read_settings(None, assignments) == values
+
+
+def test_default_that_depends_on_other_values_is_told_as_computed() -> None:
+    class Dependent(Settings):
+        first: int = 1
+        second: int = Field(default_factory=lambda known: known["first"] + 1)
+
+    with pytest.raises(ControllerError, match=r"frist.*first=1, second=\(computed\)"):
+        validated(Dependent, {"frist": 2}, "owner")
 
 
 @pytest.mark.parametrize("assignment", ["depth", "=8", ".depth=8", "planner.=8", "a..b=8", ""])

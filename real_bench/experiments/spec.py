@@ -153,6 +153,10 @@ class Spec(SpecFile):
         names = [cell.name for cell in self.cells]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"two cells are named {', '.join(twice)}: give each a name")
+        if taken := {OWN, NONE} & self.plays.keys():
+            raise ValueError(
+                f"a play cannot be named {min(taken)!r}, which cells say instead of one"
+            )
         for cell in self.cells:
             if self.seeds(cell)[-1] > LARGEST:
                 raise ValueError(f"cell {cell.name} has seeds of 2**63 or more")

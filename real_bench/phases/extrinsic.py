@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from real_bench.controller_code.source import recorded_name
-from real_bench.errors import Interrupted, ResultError
+from real_bench.errors import Interrupted, RecordingError, ResultError
 from real_bench.files.kinds import RESULT
 from real_bench.files.locks import write_lock
 from real_bench.files.outputs import check_output, file_sha256
@@ -34,6 +34,7 @@ OnTrial = Callable[[Result], None]
 
 log = logging.getLogger(__name__)
 
+GONE: tuple[int, ...] = ()
 LOST_WORKER = "finished trials are kept: repeat the command with --resume"
 
 
@@ -97,8 +98,14 @@ class ExtrinsicPhase:
             identity = self._identity() if proxy is None else proxy.identity
             self._warn_of_size(identity)
             given = self.plan.handover(identity) if proxy is None else NOTHING
+            recording = _stamp(self.plan.run)
             result = self._initial_result(identity, given.learned, resume)
             for trial, seconds in self._trials(identity, result, proxy, given, stop, activity):
+                if _stamp(self.plan.run) not in (recording, GONE):
+                    raise RecordingError(
+                        f"{self.plan.run} was replaced or changed during the test: test again "
+                        f"(--overwrite); {self.out} has the trials before"
+                    )
                 result = result.with_trial(trial, seconds)
                 result.save(self.out)
                 report(result)
@@ -221,6 +228,15 @@ class ExtrinsicPhase:
             seed=plan.seed,
             versions=run_versions(),
         )
+
+
+def _stamp(run: Path | None) -> tuple[int, ...]:
+    """What differs when a recording was replaced or changed."""
+    with suppress(OSError):
+        if run is not None:
+            status = run.stat()
+            return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+    return GONE
 
 
 def _run_identity(run: Path | None) -> tuple[str, int]:

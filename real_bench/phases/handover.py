@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,8 @@ from real_bench.recording import ControllerState, Header, Recording
 from real_bench.scoring.result import Learned
 from real_bench.settings import dotted
 from real_bench.text.naming import without_folder
+
+log = logging.getLogger(__name__)
 
 Wanted = Literal["keep", "again", "nothing"]
 """What to do in doubt: use what was learned with other code or settings (``keep``), learn again
@@ -76,6 +79,13 @@ def load_handover(
     with Recording(run) as recording:
         header = recording.header
         if not _may_continue(header, controller, identity):
+            if wanted is None and not identity.learns_from_experience:
+                log.warning(
+                    "controller %s does not learn from recordings (it has no use_experience()): "
+                    "another one played %s, so it is tested as made",
+                    controller,
+                    run,
+                )
             return NOTHING
         if steps is not None and steps < recording.n_steps:
             _check_learns_from_a_part(run, controller, identity, wanted)

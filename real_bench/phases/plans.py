@@ -22,6 +22,7 @@ from real_bench.phases.trial import TrialPlan
 from real_bench.recording import Header, Recording
 from real_bench.settings import Values, merged
 from real_bench.simulation import DEFAULT_SCENE, Scene, load_scene
+from real_bench.text.quoting import quoted
 
 DEFAULT_CONDITION = "IM"
 
@@ -213,8 +214,15 @@ def recorded_settings(
     if header is None or controller is None:
         return header.settings if header else {}
     one = backend.identity(controller, None)
-    same = header.was_made_by(resolved(controller), one.code_sha256, one.class_name)
-    return header.settings if same else {}
+    if header.was_made_by(resolved(controller), one.code_sha256, one.class_name):
+        return header.settings
+    if header.settings and header.controller_class == one.class_name:
+        log.warning(
+            "the play was by %s, whose code is different: its settings are not used (give them "
+            "by --set or --settings)",
+            quoted(header.controller_source),
+        )
+    return {}
 
 
 def _recorded_options(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,7 +67,7 @@ def images_of(recording: Recording, size: Size | None, cache: Path | None) -> ND
         RecordingError: there are none, or the size is invalid.
         OutputError: they cannot be written.
     """
-    if size is not None and not (len(size) == 2 and min(size) >= 1):
+    if size is not None and not _is_size(size):
         raise RecordingError(f"an image size is (width, height) in pixels, not {size!r}")
     if cache is None:
         return _joined(_pieces(recording, size), recording.n_states, _shape(recording, size))
@@ -80,6 +81,12 @@ def images_of(recording: Recording, size: Size | None, cache: Path | None) -> ND
             kept.flush()
     kept_images: NDArray[np.uint8] = np.load(path, mmap_mode="r")
     return kept_images
+
+
+def _is_size(size: object) -> bool:
+    if not isinstance(size, list | tuple):
+        return False
+    return len(size) == 2 and all(isinstance(each, Integral) and int(each) >= 1 for each in size)
 
 
 def _shape(recording: Recording, size: Size | None) -> tuple[int, int, int]:

@@ -154,6 +154,8 @@ class Recording:
         if isinstance(index, list | tuple | range | np.ndarray) and np.ndim(index) == 1:
             return [self[number] for number in index]
         try:
+            if isinstance(index, bool):  # a mask would give the first two triplets again and again
+                raise TypeError
             number = operator.index(index)  # type: ignore[arg-type]
         except TypeError:
             raise IndexError(

@@ -23,6 +23,7 @@ and dicts of these. No pickle: a state can be read anywhere, and runs no code.""
 _TREE = "structure"
 _MARK = "__kept_as__"
 _DATASET_BYTES = 512  # what a dataset takes besides its numbers
+_WIDEST = {"b": 1, "i": 8, "u": 8, "f": 8, "c": 16}  # bytes by kind: what every machine has
 _LARGE = 2**63  # beyond it, decimal text is slow to read and limited in length
 
 
@@ -124,8 +125,10 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
 
 
 def _strip_array(array: np.ndarray[Any, Any], datasets: list[Any], where: str) -> dict[str, Any]:
-    if array.dtype.kind not in "biufc":
-        raise StateError(f"its {where} is an array of {array.dtype}: only numbers can be stored")
+    if array.dtype.itemsize > _WIDEST.get(array.dtype.kind, 0):
+        raise StateError(
+            f"its {where} is an array of {array.dtype}: only numbers of up to 64 bits can be stored"
+        )
     datasets.append(array.copy())
     return {_MARK: "array", "number": len(datasets) - 1}
 

@@ -224,10 +224,10 @@ class AppendOnlyFile:
         except (OSError, RuntimeError) as error:
             self._discard_copies()
             reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-            raise RecordingError(
-                f"cannot write {self.path}: {reason}; earlier rows are safe (fix the cause, then "
-                "use --resume)"
-            ) from error
+            kept = "earlier rows are safe (fix the cause, then use --resume)"
+            if self._is_empty:
+                kept = "nothing was recorded"
+            raise RecordingError(f"cannot write {self.path}: {reason}; {kept}") from error
         except BaseException:
             self._discard_copies()
             raise

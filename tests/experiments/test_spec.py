@@ -96,6 +96,8 @@ def test_paths_are_relative_to_the_spec(write_spec: WriteSpec, tmp_path: Path) -
         ({"trial_steps": 100_001}, "trial_steps: .*less than or equal to 100000"),
         ({"seed": 2**63 - 2, "repeats": 3}, "real_r-OM-1 has seeds of 2\\*\\*63 or more"),
         ({"goals": {}}, "goals: .*at least 1"),
+        ({"plays": {"own": RANDOM}}, "a play cannot be named 'own'"),
+        ({"plays": {"none": RANDOM}}, "a play cannot be named 'none'"),
         ({"cells": [{**RANDOM, "goals": ["few", "few"]}]}, "real_r-OM-1 names goals few twice"),
         ({"goals": {"few": {"seed": 5, "counts": {"4D": 2}}}}, "counts"),
         (

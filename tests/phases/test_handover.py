@@ -39,6 +39,7 @@ class Learner(Controller):
     def set_state(self, state):
         self.learned = state["learned"]
 """
+PLAY = ("--scene", "builtin", "--condition", "OM", "--steps", "2000", "--overwrite")
 TEST = ("--goals", "goals.npy", "--trial-steps", "1000")
 
 
@@ -139,4 +140,43 @@ def test_who_learns_from_recordings_is_not_tested_as_made(place: Path) -> None:
     for part in ((), ("--run-steps", "1000")):
         refused = realbench(place, "extrinsic", *TEST, *part, "--as-made", code=1).stderr
         assert "learns from run.h5 (use_experience), so it is never tested as made" in refused
+    assert not (place / "score.json").exists()
+
+
+def test_controller_that_was_moved_and_edited_is_told_that_its_settings_are_not_used(
+    place: Path,
+) -> None:
+    """They are its own only as long as it is the same code, or lies where it was."""
+    play = ("--controller", "real_t", "--scene", "builtin", "--condition", "OM", "--overwrite")
+    realbench(place, "intrinsic", *play, "--steps", "2000", "--set", "planner.depth=2")
+    (place / "mine.py").write_text("from real_bench.controllers.real_t import RealT\n")
+    told = realbench(place, "extrinsic", "--controller", "mine.py:RealT", *TEST).stderr
+    assert "the play was by real_t, whose code is different: its settings are not used" in told
+    assert load_result(place / "score.json").setting.settings["planner"] == {"depth": 10}
+
+
+def test_controller_that_learns_from_no_recording_is_told_to_be_tested_as_made(
+    place: Path,
+) -> None:
+    (place / "plain.py").write_text(
+        LEARNER.replace("Learner(", "Plain(").partition("    def get")[0]
+    )
+    told = realbench(place, "extrinsic", "--controller", "plain.py", *TEST)
+    assert "plain.py does not learn from recordings (it has no use_experience())" in told.stderr
+    assert "is tested as made" in told.stderr
+
+
+def test_recording_that_is_replaced_during_its_test_ends_the_test(place: Path) -> None:
+    """What is learned now would not be of the recording whose hash the result has."""
+    (place / "learner.py").write_text(
+        f"{LEARNER}\n    def start_extrinsic_trial(self):\n"
+        "        import pathlib, shutil\n"
+        "        if pathlib.Path('other.h5').exists():\n"
+        "            pathlib.Path('other.h5').replace('run.h5')\n"
+    )
+    realbench(place, "intrinsic", "--controller", "learner.py", *PLAY)
+    other = ("--seed", "9", "--out", "other.h5")
+    realbench(place, "intrinsic", "--controller", "learner.py", *PLAY, *other)
+    told = realbench(place, "extrinsic", *TEST, code=1).stderr
+    assert "run.h5 was replaced or changed during the test: test again (--overwrite)" in told
     assert not (place / "score.json").exists()

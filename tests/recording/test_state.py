@@ -119,6 +119,7 @@ def test_an_integer_of_any_size_survives() -> None:
         np.zeros(2, [("x", "f4")]),
         threading.Lock(),
         print,
+        np.zeros(2, np.longdouble),
     ],
     ids=lambda value: type(value).__name__,
 )

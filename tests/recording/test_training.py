@@ -32,9 +32,12 @@ def test_triplets_match_the_tables(cut_path: Path, cut_run: Recording) -> None:
         np.testing.assert_array_equal(triplet.before.image, experience.image_before(number))
         np.testing.assert_array_equal(triplet.after.image, experience.image_after(number))
     np.testing.assert_array_equal(cut_run[-1].after.image, cut_run[6].after.image)
-    for beyond in (7, -8):
+    for beyond in (7, -8, True, [True, False]):
         with pytest.raises(IndexError):
             cut_run[beyond]
+    for size in (64, (64,), (0, 3), (6.5, 3), "ab"):
+        with pytest.raises(RecordingError, match="an image size is"):
+            cut_run.to_numpy(image_size=size)
 
 
 def test_images_are_the_same_in_every_slice(image_path: Path) -> None:
