@@ -8,7 +8,7 @@ What is left out comes from the recording or the goals, or is the command's defa
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -309,19 +309,30 @@ def compare(a: Results, b: Results) -> Comparison:
 def draw_figures(
     recordings: PathLike | Recording | Iterable[PathLike | Recording] = (),
     results: PathLike | Iterable[PathLike] = (),
+    *,
+    settings: Mapping[str, Any] | None = None,
+    run_steps: int | None = None,
+    seed: int = 0,
 ) -> dict[str, Figure]:
     """The paper's figures for which files have the data, by name, as ``realbench figures``.
 
+    Args:
+        recordings: files of intrinsic phases, or open recordings.
+        results: files of extrinsic phases on the same goals.
+        settings: for how REAL-LD sees and abstracts, in recordings that do not keep weights.
+        run_steps: how many of each recording's first steps count; None: all.
+        seed: of learning to see, and of the pairs whose distances are compared.
+
     Raises:
-        RealBenchError: a file is not what it should be.
+        RealBenchError: a file is not what it should be, or there is nothing to draw.
     """
-    from real_bench.figures import FIGURES, FigureOptions, read_figure_data
+    from real_bench.figures import FigureOptions, draw_all, read_figure_data
 
     played = [_as_path(each, "a recording") for each in _as_sequence(recordings)]
     tested = [_as_path(each, "a result") for each in _as_sequence(results)]
-    material = read_figure_data(played, tested, FigureOptions())
-    drawn = {kind.name: kind.draw(material) for kind in FIGURES}
-    return {name: drawing.figure for name, drawing in drawn.items() if drawing is not None}
+    options = FigureOptions(settings or {}, seed, run_steps)
+    drawn = draw_all(read_figure_data(played, tested, options))
+    return {name: drawing.figure for name, drawing in drawn.items()}
 
 
 def _named(controller: object) -> str | None:
@@ -377,9 +388,11 @@ def _as_results(given: object) -> list[Result]:
 
 
 def _as_sequence(values: Any) -> Sequence[Any]:
-    if isinstance(values, Iterator):  # such as Path.glob
-        return list(values)
-    return values if isinstance(values, Sequence) and not isinstance(values, str) else [values]
+    from real_bench.recording import Recording
+    from real_bench.scoring.result import Result
+
+    is_one = isinstance(values, str | os.PathLike | Recording | Result)
+    return [values] if is_one or not isinstance(values, Iterable) else list(values)
 
 
 def _ignore(progress: object) -> None:

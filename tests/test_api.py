@@ -82,6 +82,9 @@ def test_no_results_are_an_error(judge: Callable[[list[Result]], object]) -> Non
         (lambda: real_bench.run_intrinsic(out="no.h5", resume=True), "no.h5 does not exist"),
         (lambda: real_bench.run_extrinsic("real_r", learned="relearn"), "keep, again, nothing"),
         (lambda: real_bench.draw_figures("no.h5"), "recording not found: no.h5"),
+        (lambda: real_bench.draw_figures(results="no.json"), "result not found: no.json"),
+        (lambda: real_bench.draw_figures(), "nothing to draw"),
+        (lambda: real_bench.draw_figures("no.h5", run_steps=0), "run steps must be"),
     ],
 )
 def test_slips_in_a_notebook_get_one_clear_line(
@@ -138,7 +141,7 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
         real_bench.score(tmp_path)
     drawn = real_bench.draw_figures(recording, [out])
     assert {"effective-actions", "score-by-goal"} <= drawn.keys()
-    again = real_bench.draw_figures(results=[out])
+    again = real_bench.draw_figures(results={out})
     assert "score-by-goal" in again
     assert real_bench.figures.FIGURES
 

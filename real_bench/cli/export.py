@@ -9,6 +9,7 @@ import click
 from real_bench.cli import options
 from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
+from real_bench.errors import RecordingError
 
 EPILOG = """\b
 Example:
@@ -66,7 +67,11 @@ def export(
 
     if form != "minari" and (images is not None or image_size is not None or name is not None):
         raise click.UsageError("--images, --image-size and --name need --to minari")
+    if images is False and image_size is not None:
+        raise click.UsageError("--image-size needs images: leave out --no-images")
     with Recording(file) as recording:
+        if images and recording.n_images is None:
+            raise RecordingError(f"{file} has no images: leave out --images")
         chosen = Export(
             recording, out or Path(form), images is not False, image_size, name, overwrite
         )

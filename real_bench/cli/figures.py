@@ -12,7 +12,6 @@ import click
 from real_bench.cli import kinds, options
 from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
-from real_bench.errors import RealBenchError
 
 if TYPE_CHECKING:
     from real_bench.figures import FigureData, FigureOptions
@@ -101,22 +100,21 @@ def _read(
 
 def _draw_all(data: FigureData, figure_options: FigureOptions, out: Path) -> dict[str, Any]:
     """Draw and write what can be drawn, then the summary."""
-    from real_bench.figures import FIGURES, facts
-    from real_bench.figures.saving import remove_drawing, save_drawing, save_summary
+    from real_bench.figures import FIGURES, draw_all, facts
+    from real_bench.figures.saving import drawn_before, remove_drawing, save_drawing, save_summary
 
-    drawings = {kind.name: kind.draw(data) for kind in FIGURES}
-    if not any(drawings.values()):
-        raise RealBenchError("nothing to draw: no file has a whole action or a complete result")
+    before = drawn_before(out)
+    drawn = draw_all(data)
     with progress_display("drawing", "figures", len(FIGURES)) as display:
-        for number, (name, drawing) in enumerate(drawings.items()):
-            display.update(number, name)
-            if drawing is None:
-                remove_drawing(out, name)
-            else:
-                save_drawing(out, name, drawing)
+        for number, kind in enumerate(FIGURES):
+            display.update(number, kind.name)
+            if kind.name in drawn:
+                save_drawing(out, kind.name, drawn[kind.name])
+            elif kind.name in before:
+                remove_drawing(out, kind.name)
     summary = {
-        "drawn": {kind.name: kind.shows for kind in FIGURES if drawings[kind.name]},
-        "not_drawn": {kind.name: kind.needs for kind in FIGURES if not drawings[kind.name]},
+        "drawn": {kind.name: kind.shows for kind in FIGURES if kind.name in drawn},
+        "not_drawn": {kind.name: kind.needs for kind in FIGURES if kind.name not in drawn},
         **facts(data, figure_options),
     }
     save_summary(out, summary)

@@ -58,7 +58,7 @@ def watch(
     what the controller logs (self.log), all as curves; outside a terminal, a line at each change.
     Watching does not affect the play.
     """
-    from real_bench.watching import follow
+    from real_bench.watching import follow, read_status
 
     if overwrite and events is None:
         raise click.UsageError("--overwrite needs --tensorboard")
@@ -69,6 +69,7 @@ def watch(
         if events is not None:
             from real_bench.watching.tensorboard import EventFiles
 
+            read_status(file)  # an error leaves earlier event files as they are
             outputs.append(stack.enter_context(EventFiles(events, overwrite=overwrite)).add)
         _show_all(follow(file, every), outputs, once=once)
 

@@ -226,6 +226,11 @@ def _check_replaceable(place: Path, *, overwrite: bool) -> None:
         raise OutputError(f"{place} exists: use --overwrite, another --out or another --name")
     if not (place / "data" / "metadata.json").exists():
         raise OutputError(f"{place} is not a Minari dataset, so it is not replaced")
+    if others := [each.name for each in place.iterdir() if each.name != "data"]:
+        raise OutputError(
+            f"{place} is not replaced, since there is something else in it ({min(others)}): use "
+            "another --out or another --name"
+        )
 
 
 def _plain(stem: str) -> str:

@@ -9,7 +9,7 @@ from real_bench.figures.drawing import Drawing, Numbers
 from real_bench.figures.facts import facts
 from real_bench.figures.played import FigureOptions, Play, play_labels, read_play
 from real_bench.figures.reading import read_figure_data
-from real_bench.figures.registry import FIGURES, FigureKind
+from real_bench.figures.registry import FIGURES, FigureKind, draw_all
 from real_bench.figures.tested import Tested, check_same_goals, read_tested
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Play",
     "Tested",
     "check_same_goals",
+    "draw_all",
     "facts",
     "play_labels",
     "read_figure_data",

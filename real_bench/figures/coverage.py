@@ -89,9 +89,9 @@ def draw(data: FigureData) -> Drawing | None:
         return None
     norm = LogNorm(1, max(10, *(int(one.covered.counts.max()) for one in found)))
     with style.in_style():
-        figure, axes = style.panels(
-            len(found), MAP_WIDTH_CM * _max_aspect_ratio(found) + TEXT_HEIGHT_CM
-        )
+        n_lines = max(_title(one).count("\n") for one in found) + 1
+        height = MAP_WIDTH_CM * _max_aspect_ratio(found) + TEXT_HEIGHT_CM
+        figure, axes = style.panels(len(found), height + (n_lines - 2) * style.LINE_CM)
         figure.set_figheight(figure.get_figheight() + BAR_HEIGHT_CM * style.CM)
         for panel, one in zip(axes, found, strict=True):
             image = _draw(panel, one, norm)
@@ -116,13 +116,15 @@ def _draw(panel: Axes, one: ObjectCoverage, norm: Normalize) -> AxesImage:
     for region, line in ((one.table, "-"), (one.shelf, "--")):
         _outline(panel, region, line)
     panel.invert_xaxis()
-    panel.set_title(
-        f"{one.recording}, {one.name}\n"
-        f"visited: table {one.on_table:.0%}, shelf (dashed) {one.on_shelf:.0%}"
-    )
+    panel.set_title(_title(one))
     panel.set_xlabel("y (cm)")
     panel.set_ylabel("x (cm)")
     return image
+
+
+def _title(one: ObjectCoverage) -> str:
+    visited = f"visited: table {one.on_table:.0%}, shelf (dashed) {one.on_shelf:.0%}"
+    return style.title(f"{one.recording}, {one.name}\n{visited}")
 
 
 def _outline(panel: Axes, region: Region, line: str) -> None:

@@ -93,7 +93,7 @@ def _draw_levels(parts: list[Levels], *, in_metres: bool) -> Drawing | None:
 
 
 def _draw_counts(panel: Axes, levels: Levels) -> list[Line2D]:
-    panel.set_title(levels.label)
+    panel.set_title(style.title(levels.label))
     panel.set_xlabel("level of abstraction")
     panel.set_ylabel("effective actions (solid)")
     panel.set_xlim(0, levels.abstraction.n_levels - 1)

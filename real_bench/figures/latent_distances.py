@@ -48,7 +48,7 @@ def _draw_panels(parts: list[tuple[str, PairDistances]]) -> Drawing | None:
                 figure, _draw(panel, counts, real, latent), ax=panel, label="pairs"
             )
             spearman, pearson = map(_format_correlation, (pairs.spearman, pairs.pearson))
-            panel.set_title(f"{label}\nSpearman {spearman}, Pearson {pearson}")
+            panel.set_title(style.title(f"{label}\nSpearman {spearman}, Pearson {pearson}"))
             tables.append(({"recording": label}, _rows(counts, real, latent)))
     return Drawing(figure, Numbers.stacked(tables))
 

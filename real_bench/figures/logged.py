@@ -16,10 +16,15 @@ if TYPE_CHECKING:
 
 HEIGHT_CM = 5.6
 MAX_PANELS = 12
+LARGEST_DRAWN = 1e300
+"""An axis cannot be divided far beyond."""
 
 
 def draw(data: FigureData) -> Drawing | None:
-    """A panel per name, all recordings together; at most the first twelve names."""
+    """A panel per name, all recordings together; at most the first twelve names.
+
+    Infinite and enormous numbers are gaps in the lines.
+    """
     plays = [play for play in data.plays if len(play.logged)]
     if not plays:
         return None
@@ -36,15 +41,17 @@ def draw(data: FigureData) -> Drawing | None:
                 mark = line_style.marker if len(rows) < 2 else ""
                 (handle,) = panel.plot(
                     steps,
-                    rows["value"],
+                    np.where(np.abs(rows["value"]) <= LARGEST_DRAWN, rows["value"], np.nan),
                     line_style.line + mark,
                     color=line_style.colour,
                     label=play.label,
                 )
             lines += [handle] if handle else []
         for name, panel in zip(names, panels, strict=False):
-            panel.set_title(_name(name))
+            panel.set_title(style.title(_name(name)))
             style.show_steps_on_x(panel)
+        if len(names) > MAX_PANELS:
+            figure.suptitle(f"{MAX_PANELS} of {len(names)} names; all are in the numbers (CSV)")
         style.add_legend_below(figure, lines)
     tables = [({"recording": play.label}, _rows(play)) for play in plays]
     return Drawing(figure, Numbers.stacked(tables))

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from real_bench.figures.data import FigureData
 from real_bench.figures.played import FigureOptions, Play, play_labels, read_play
-from real_bench.figures.tested import Tested, check_same_goals, read_tested
+from real_bench.figures.tested import (
+    Tested,
+    check_given_once,
+    check_same_goals,
+    read_tested,
+)
 
 Progress = Callable[[int, str], None]
 """Called with the number of files read, and the name of the next."""
@@ -34,7 +39,8 @@ def read_figure_data(
     plays: list[Play] = []
     for file, label in zip(recordings, play_labels(recordings), strict=True):
         progress(len(plays), file.name)
-        plays.append(read_play(file, label, options))
+        part = f", first {options.run_steps:,} steps" if options.run_steps else ""
+        plays.append(read_play(file, label + part, options))
     return FigureData(tuple(plays), tested)
 
 
@@ -45,4 +51,5 @@ def _finished_only(tested: Sequence[Tested]) -> tuple[Tested, ...]:
             log.info("%s is in no figure: its test is not finished (%s)", one.file, done)
     finished = tuple(one for one in tested if one.result.is_finished)
     check_same_goals(finished)
+    check_given_once(finished)
     return finished

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from real_bench.errors import RealBenchError
 from real_bench.figures import (
     action_lengths,
     coverage,
@@ -107,3 +108,12 @@ FIGURES = (
         logged.draw,
     ),
 )
+
+
+def draw_all(data: FigureData) -> dict[str, Drawing]:
+    """All figures that can be drawn, by name; raises RealBenchError if none can be."""
+    drawings = {kind.name: kind.draw(data) for kind in FIGURES}
+    drawn = {name: drawing for name, drawing in drawings.items() if drawing is not None}
+    if not drawn:
+        raise RealBenchError("nothing to draw: no file has a whole action or a complete result")
+    return drawn

@@ -41,6 +41,14 @@ def save_drawing(folder: Path, name: str, drawing: Drawing) -> None:
         write_atomically(path, content)
 
 
+def drawn_before(folder: Path) -> set[str]:
+    """The names of the figures in a folder, as its summary tells."""
+    try:
+        return set(json.loads((folder / SUMMARY).read_bytes())["drawn"])
+    except (OSError, ValueError, LookupError, TypeError):
+        return set()
+
+
 def remove_drawing(folder: Path, name: str) -> None:
     """Remove an earlier version of a figure that is not drawn now."""
     for path in paths(folder, name):

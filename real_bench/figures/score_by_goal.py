@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
@@ -24,6 +25,9 @@ PANEL_HEIGHT_CM = 4.4
 FEW_GOALS = 20
 """So many are all numbered; of more, each fifth."""
 
+LETTERS_IN_LINE, LETTERS_OF_SIGN = 105, 4
+"""What fits above a panel: a controller's name, and its conditions with their signs."""
+
 SPREAD = 0.5
 """The share of a goal's width on the x axis that its scores take."""
 
@@ -43,10 +47,16 @@ def draw(data: FigureData) -> Drawing | None:
     conditions = sorted({one.condition for one in shown})
     tables = []
     with style.in_style():
-        figure, axes = style.rows(len(controllers), PANEL_HEIGHT_CM)
-        for panel, controller in zip(axes, controllers, strict=True):
-            panel.set_title(controller, loc="left")
-            own = [one for one in shown if one.controller == controller]
+        own_of = {name: [one for one in shown if one.controller == name] for name in controllers}
+        n_lines = max(_legend_lines(name, own) for name, own in own_of.items())
+        height = PANEL_HEIGHT_CM + (n_lines - 1) * style.LEGEND_ROW_CM
+        figure, axes = style.rows(len(controllers), height)
+        for panel, (controller, own) in zip(axes, own_of.items(), strict=True):
+            below = _legend_lines(controller, own)
+            pad = (
+                style.TITLE_PAD + (below > 1) * (below - 0.5) * style.LEGEND_ROW_CM * style.CM * 72
+            )
+            panel.set_title(textwrap.fill(controller, LETTERS_IN_LINE), loc="left", pad=pad)
             for number, one in enumerate(own):
                 x = np.arange(0.0, len(goals)) + SPREAD * ((number + 0.5) / len(own) - 0.5)
                 scores = one.by_goal[order]
@@ -56,7 +66,7 @@ def draw(data: FigureData) -> Drawing | None:
                 loc="lower right",
                 bbox_to_anchor=(1, 1),
                 borderaxespad=0.2,
-                ncols=len(own),
+                ncols=1 if below > 1 else len(own),
                 handlelength=1,
             )
             panel.set_ylim(0, 1.12 * shown[0].results[0].setting.objects)
@@ -73,18 +83,28 @@ def _after_longest_play(series: Sequence[Series]) -> list[Series]:
     return [one for one in series if one is longest[one.controller, one.condition]]
 
 
-def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, line_style: style.LineStyle) -> None:
-    runs = len(one.results)
+def _legend_lines(controller: str, own: Sequence[Series]) -> int:
+    """How many lines its conditions take: one, beside its name, if there is room."""
+    captions = [_caption(one, one.by_goal) for one in own]
+    letters = sum(len(each) + LETTERS_OF_SIGN for each in (controller, *captions))
+    return 1 if letters <= LETTERS_IN_LINE else max(2, len(own))
+
+
+def _caption(one: Series, scores: Floats) -> str:
     share = "" if one.results[0].is_complete else f" ({one.results[0].share})"
     length = f"after {one.run_steps / style.MILLION:g}M steps" if one.run_steps else "without play"
-    caption = f"{one.condition} {length}: mean {scores.mean():.3f}{share}, {counted(runs, 'run')}"
+    runs = counted(len(one.results), "run")
+    return f"{one.condition} {length}: mean {scores.mean():.3f}{share}, {runs}"
+
+
+def _draw(panel: Axes, x: Floats, scores: Floats, one: Series, line_style: style.LineStyle) -> None:
     panel.vlines(x, 0, scores, color=line_style.colour, linewidth=0.8)
     panel.plot(
         x,
         scores,
         line_style.marker,
         color=line_style.colour,
-        label=caption,
+        label=_caption(one, scores),
         clip_on=False,
         zorder=3,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -30,7 +31,12 @@ HEAT = "viridis"
 ROOM_FOR_LETTERS = 20
 """Longest text of which two fit side by side in a legend as wide as a column."""
 
-LEGEND_ROW_CM, X_LABEL_CM = 0.48, 0.9
+TITLE_LETTERS = 44
+"""Longest line above a panel as wide as a column."""
+
+LINE_CM, LEGEND_ROW_CM, X_LABEL_CM = 0.36, 0.48, 0.9
+TITLE_PAD = 6.0
+"""Between a panel and its title, in points."""
 
 _COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER, BLACK)
 _LINES = ("-", "--", ":", "-.")
@@ -110,6 +116,11 @@ def panels(count: int, height_cm: float, **options: Any) -> tuple[Figure, list[A
     return figure, axes[:count]
 
 
+def title(text: str) -> str:
+    """A title above a panel as wide as a column, in as many lines as it needs."""
+    return "\n".join(textwrap.fill(line, TITLE_LETTERS) for line in text.split("\n"))
+
+
 def show_steps_on_x(panel: Axes) -> None:
     """Let the x axis show steps of play in millions, from 0, few enough to be read."""
     panel.set_xlabel("step of the intrinsic phase (millions)")
@@ -127,12 +138,16 @@ def show_counts_on_y(panel: Axes) -> None:
 
 def add_legend_below(figure: Figure, handles: Sequence[Any]) -> None:
     """One legend for all panels; the figure grows to hold it."""
+    room = ROOM_FOR_LETTERS
     n_columns = 2 if figure.get_figwidth() < PAGE_CM * CM else 4
-    if max(len(str(handle.get_label())) for handle in handles) > ROOM_FOR_LETTERS:
-        n_columns //= 2
-    n_rows = math.ceil(len(handles) / n_columns)
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    while longest > room and n_columns > 1:
+        n_columns, room = n_columns // 2, room * 2
+    labels = [textwrap.fill(str(handle.get_label()), room) for handle in handles]
+    n_lines = max(label.count("\n") + 1 for label in labels)
+    n_rows = math.ceil(len(handles) / n_columns) * n_lines
     figure.set_figheight(figure.get_figheight() + n_rows * LEGEND_ROW_CM * CM)
-    figure.legend(handles=handles, loc="outside lower center", ncols=n_columns)
+    figure.legend(handles=handles, labels=labels, loc="outside lower center", ncols=n_columns)
 
 
 def add_colour_bar(figure: Figure, drawn: Any, **options: Any) -> None:

@@ -62,7 +62,22 @@ class Series:
 
 def read_tested(path: Path) -> Tested:
     """Read a result; raises ResultError."""
-    return Tested(path.name, file_sha256(path), load_result(path))
+    result = load_result(path)
+    return Tested(path.name, file_sha256(path), result)
+
+
+def check_given_once(tested: Sequence[Tested]) -> None:
+    """Raise ResultError, naming two files, where these are of one and the same test."""
+    known: dict[_Test, dict[tuple[int, str, str], str]] = {}
+    for one in tested:
+        setting = one.result.setting
+        test = (setting.seed, setting.run_sha256, setting.goals_sha256)
+        files = known.setdefault(_Test.of(setting, {}), {})
+        if test in files:
+            raise ResultError(
+                f"{files[test]} and {one.file} are of the same test: give one of them"
+            )
+        files[test] = one.file
 
 
 def check_same_goals(tested: Sequence[Tested]) -> None:
@@ -98,13 +113,15 @@ def series(tested: Sequence[Tested], explorers: Mapping[str, str]) -> list[Serie
 
 @dataclass(frozen=True)
 class _Test:
-    """What repetitions of a test have in common; settings are JSON."""
+    """What repetitions of a test have in common; settings and what was learned are JSON."""
 
     name: str
     settings: str
     code: str
     condition: str
     run_steps: int
+    control_version: int
+    learned: str
 
     @classmethod
     def of(cls, setting: Setting, explorers: Mapping[str, str]) -> _Test:
@@ -118,12 +135,25 @@ class _Test:
             setting.controller_sha256,
             setting.condition,
             setting.run_steps,
+            setting.control_version,
+            json.dumps(setting.learned and setting.learned.model_dump(), sort_keys=True),
         )
 
     @property
     def setting_lines(self) -> list[str]:
         """Each setting, by its dotted name."""
         return [f"{name}={value}" for name, value in dotted(json.loads(self.settings))]
+
+    @property
+    def origin_lines(self) -> list[str]:
+        """The version of the way of control, and what made that from which the test went on."""
+        version = f"control version {self.control_version}"
+        learned = json.loads(self.learned)
+        if learned is None:
+            return [version]
+        code = f"learned by code {learned['code_sha256'][:6]}"
+        settings = dotted(learned["settings"])
+        return [version, code, *(f"learned with {name}={value}" for name, value in settings)]
 
 
 def _label(test: _Test, tests: Sequence[_Test]) -> str:
@@ -139,7 +169,11 @@ def _label(test: _Test, tests: Sequence[_Test]) -> str:
         if (other.settings, other.condition) == (test.settings, test.condition)
     ]
     code = f"code {test.code[:6]}" if len({other.code for other in same}) > 1 else ""
-    return ", ".join(filter(None, (test.name, *distinguishing, code)))
+    alike = [other for other in same if other.run_steps == test.run_steps]
+    origin = [
+        line for line in test.origin_lines if not all(line in other.origin_lines for other in alike)
+    ]
+    return ", ".join(filter(None, (test.name, *distinguishing, code, *origin)))
 
 
 def _trials(result: Result) -> tuple[str, int, tuple[int, ...]]:

@@ -64,10 +64,12 @@ def make_report(
             )
     scenes = [] if files.scene is None else [load_scene(files.scene).source]
     tests: list[ResultEntry] = []
-    for path in files.results:
+    begun = [path for path in files.results if load_result(path).trials]
+    for path in begun:
         progress(len(tests), path.name)
         tests.append(read_tested(path, plays, sets, files.videos, scenes))
-    charts, remarks = _charts(files.recordings, files.results)
+    charts, remarks = _charts(files.recordings, begun)
+    remarks += [f"{path.name}: has no trial yet" for path in files.results if path not in begun]
     return Report(title, tables, plays, tests, charts, [*remarks, *_missing_pictures(tests)])
 
 

@@ -37,7 +37,8 @@ def curve(
         letters: from nothing to a full cell.
     """
     full = len(letters) - 1
-    part = np.clip((values - low) / (high - low) if high > low else values * 0 + 0.5, 0, 1)
+    extent = high / 2 - low / 2  # halves, since the whole may be beyond all numbers
+    part = np.clip((values / 2 - low / 2) / extent if extent > 0 else values * 0 + 0.5, 0, 1)
     filled = np.where(np.isnan(part), 0, 1 + np.round(np.nan_to_num(part) * (height * full - 1)))
     return [
         "".join(letters[int(np.clip(count - full * line, 0, full))] for count in filled)

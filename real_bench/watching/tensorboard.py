@@ -5,9 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
+
 from real_bench.extras import extra
 from real_bench.files.outputs import OutputError, check_folder
 from real_bench.watching.following import Moment
+
+FLOAT32 = (float(np.finfo(np.float32).min), float(np.finfo(np.float32).max))
+"""What event files can hold besides infinity."""
 
 ACTIONS_PER_POINT = 100
 """Actions per point of the share that moved an object."""
@@ -67,4 +72,4 @@ class EventFiles:
         self._writer.close()
 
     def _scalar(self, tag: str, value: float, step: int) -> None:
-        self._writer.add_scalar(tag, value, step)
+        self._writer.add_scalar(tag, float(np.clip(value, *FLOAT32)), step)

@@ -247,6 +247,14 @@ def test_export_that_is_refused_leaves_the_old_one(place: Path, tmp_path: Path) 
     refused = realbench(place, "export", "bare/joints.h5", *options[1:], *small, code=1).stderr
     assert "has no images to shrink" in refused
     assert content(tmp_path) == before
+    asked = ("bare/joints.h5", *options[1:], "--images", "--overwrite")
+    refused = realbench(place, "export", *asked, code=1).stderr
+    assert "bare/joints.h5 has no images: leave out --images" in refused
+    assert content(tmp_path) == before
+    nested = ("--name", "realbench/joints-v0/other-v0")
+    realbench(place, "export", *options, *nested)
+    refused = realbench(place, "export", *options, "--overwrite", code=1).stderr
+    assert "is not replaced, since there is something else in it (other-v0)" in refused
 
 
 @pytest.mark.parametrize(
@@ -263,6 +271,11 @@ def test_export_that_is_refused_leaves_the_old_one(place: Path, tmp_path: Path) 
         (("my run.h5", "--to", "minari", "--image-size", "0x9"), 2, "must be 1 to 4096"),
         (("my run.h5", "--to", "minari", "--name", "../x"), 1, "a dataset's name must look like"),
         (("my run.h5", "--out", "my run.h5"), 1, "cannot write into my run.h5"),
+        (
+            ("my run.h5", "--to", "minari", "--no-images", "--image-size", "80x60"),
+            2,
+            "--image-size needs images: leave out --no-images",
+        ),
     ],
 )
 def test_bad_export_arguments_give_a_one_line_error(

@@ -34,6 +34,7 @@ def place(tmp_path_factory: pytest.TempPathFactory, builtin_scene: Scene) -> Pat
     realbench(folder, *TEST, "--run-steps", "2000", "--out", "half.json")
     change(folder / "all.json", folder / "others.json", goals_sha256="0" * 64)
     change(folder / "all.json", folder / "some.json", goal_numbers=(0, 1))
+    (folder / "copy.json").write_bytes((folder / "all.json").read_bytes())
     (folder / "cut.h5").write_bytes((folder / "run.h5").read_bytes()[:5000])
     (folder / "note.json").write_text('{"a": "note"}')
     (folder / "note.txt").write_text("a note")
@@ -83,6 +84,9 @@ def test_figures_of_results_alone_report_what_others_need(place: Path) -> None:
     assert "coverage: not drawn, it needs a recording" in done.stdout
     made = {f"score-by-goal.{suffix}" for suffix in ("png", "svg", "csv")}
     assert names(place / "scores") == made | {"figures.json"}  # nothing old remains
+    (place / "scores" / "logged.csv").write_text("of an export")
+    realbench(place, "figures", "all.json", "--out", "scores", "--overwrite")
+    assert (place / "scores" / "logged.csv").read_text() == "of an export"
 
 
 def test_json_prints_summary_and_skips_incomplete_results(place: Path) -> None:
@@ -107,6 +111,7 @@ def test_json_prints_summary_and_skips_incomplete_results(place: Path) -> None:
         (("cut.h5",), 1, "cut.h5 cannot be read"),
         (("note.json",), 1, "note.json is not a result of realbench"),
         (("all.json", "others.json"), 1, "results of different goals cannot be drawn together"),
+        (("all.json", "copy.json"), 1, "all.json and copy.json are of the same test: give one"),
         (("all.json", "--out", "note.txt"), 1, "cannot write into note.txt"),
         (("all.json", "--out", "full"), 1, "full/coverage.csv exists: use --overwrite"),
     ],

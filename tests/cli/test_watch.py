@@ -133,7 +133,10 @@ def test_tensorboard_reads_the_event_files(played: Path) -> None:
     again = realbench(played, "watch", "run.h5", "--tensorboard", "events", code=1)
     assert "events already has event files: use --overwrite" in again.stderr
     realbench(played, "watch", "run.h5", "--tensorboard", "events", "--overwrite")
-    assert len(list((played / "events").iterdir())) == 1
+    (before,) = (played / "events").iterdir()
+    misspelt = ("none.h5", "--once", "--tensorboard", "events", "--overwrite")
+    realbench(played, "watch", *misspelt, code=1)
+    assert list((played / "events").iterdir()) == [before]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from real_bench.errors import RealBenchError
 from real_bench.figures import (
@@ -18,6 +19,9 @@ from real_bench.figures import (
     read_play,
     read_tested,
 )
+from real_bench.figures.tested import check_given_once, series
+from real_bench.recording.schema import LOGGED
+from real_bench.scoring.result import Learned, Result
 from tests.figures.bench import FEW_STEPS, OPTIONS, Test, made_up, only, read, reread
 
 ALL = {kind.name for kind in FIGURES}
@@ -111,6 +115,71 @@ def test_results_of_other_goals_are_refused(tmp_path: Path) -> None:
             check_same_goals(tested)
     check_same_goals(reread(tmp_path, one, one))
     check_same_goals(())
+
+
+def changed(result: Result, **setting: object) -> Result:
+    """The same result with another setting."""
+    return result.model_copy(update={"setting": result.setting.model_copy(update=setting)})
+
+
+def test_results_that_are_never_averaged_are_drawn_apart(tmp_path: Path) -> None:
+    """Of another version of the control, or after what other code or settings learned."""
+    distances = [0.1, 0.2]
+    learned = Learned(code_sha256="1" * 64, settings={"rate": 1})
+    plain, older, by_code, by_settings = (
+        changed(made_up(Test(run=str(number) * 64), distances), **changes)
+        for number, changes in enumerate(
+            (
+                {"learned": learned},
+                {"learned": learned, "control_version": 2},
+                {"learned": learned.model_copy(update={"code_sha256": "8" * 64})},
+                {"learned": learned.model_copy(update={"settings": {"rate": 2}})},
+            )
+        )
+    )
+    again = changed(made_up(Test(run="9" * 64), distances), learned=learned)
+    assert [len(one.results) for one in series(reread(tmp_path, plain, again), {})] == [2]
+    for other, told in (
+        (older, "control version 2"),
+        (by_code, "learned by code 888888"),
+        (by_settings, "learned with rate=2"),
+    ):
+        found = series(reread(tmp_path, plain, other), {})
+        assert [len(one.results) for one in found] == [1, 1]
+        assert found[1].controller.endswith(told)
+
+
+def test_same_test_given_twice_is_refused_by_name(tmp_path: Path) -> None:
+    twice = reread(tmp_path, *[made_up(Test(), [0.1, 0.2])] * 2)
+    with pytest.raises(RealBenchError, match=r"result-0.json and result-1.json are of the same"):
+        check_given_once(twice)
+
+
+def test_any_number_may_be_logged_and_any_name_be_long(material: FigureData) -> None:
+    (pushed,) = only(material, "pushed").plays
+    largest = float(np.finfo(np.float64).max)
+    values = [0.0, largest, -largest, np.nan, np.inf, -np.inf, 1e300]
+    rows = np.zeros(len(values) * 20, LOGGED)
+    rows["name"] = [f"name {number % 20} {'x' * 50}"[:64] for number in range(len(rows))]
+    rows["value"] = np.repeat(values, 20)
+    long = replace(pushed, logged=rows, label="first-attempt " * 30)
+    found = FigureData((long, replace(long, label="second-attempt " * 30)))
+    for kind in FIGURES:
+        drawing = kind.draw(found)
+        if drawing is not None:
+            assert drawing.png()
+            assert _inside(drawing.figure)
+
+
+def _inside(figure: Figure) -> bool:
+    """Whether all that is written lies on the page."""
+    page = figure.bbox
+    legends = [*figure.legends, *(each.get_legend() for each in figure.axes if each.get_legend())]
+    titles = [each.title for each in figure.axes if each.title.get_text()]
+    boxes = [each.get_window_extent() for each in (*legends, *titles)]
+    return all(
+        box.x0 >= page.x0 - 1 and box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1 for box in boxes
+    )
 
 
 def test_labels_show_what_distinguishes_recordings(folder: Path) -> None:

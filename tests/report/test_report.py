@@ -112,6 +112,20 @@ def test_report_is_self_contained(page: Path) -> None:
     assert text.count("data:image/svg+xml") >= 3
 
 
+def test_results_that_are_not_whole_are_shown_as_such(folder: Path, tmp_path: Path) -> None:
+    """One that is not finished, one without a trial, and one that is given twice."""
+    result = load_result(folder / "score.json")
+    for name, n_trials in (("part.json", 1), ("none.json", 0)):
+        result.model_copy(update={"trials": result.trials[:n_trials]}).save(tmp_path / name)
+    for name in ("score.json", "copy.json"):
+        (tmp_path / name).write_bytes((folder / "score.json").read_bytes())
+    realbench(tmp_path, "report", "part.json", "none.json", "score.json", "copy.json")
+    page = (tmp_path / "report.html").read_text()
+    assert "the test is not finished: 1 of 2 trials" in page
+    assert "none.json: has no trial yet" in page
+    assert "no figures of scores: score.json and copy.json are of the same test" in page
+
+
 def test_missing_goal_pictures_are_reported(folder: Path, tmp_path: Path) -> None:
     done = realbench(folder, "report", "score.json", "--out", tmp_path / "r.html")
     assert "no pictures of its goals; give its goal set with --goals" in done.stderr
