@@ -8,6 +8,7 @@ import inspect
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -22,6 +23,9 @@ from real_bench.text.nearest import did_you_mean
 
 SUBMITTED = "SubmittedPolicy"
 """The official name for the class that a file submits."""
+
+MIN_LIKENESS = 0.9
+"""How alike two names are, from 0 to 1, if one may be a slip of the other."""
 
 LOADED_AS = "real_bench_user_"
 """Prefix of the module names of controller files."""
@@ -95,6 +99,17 @@ def overrides_hook(controller: type[Any], hook: str) -> bool:
     return uses_extended_api(controller) and getattr(controller, hook) is not getattr(
         Controller, hook
     )
+
+
+def misspelt_hooks(controller: type[Any]) -> Iterator[tuple[str, str]]:
+    """Names that a class defines, each with the hook or attribute of ours that may be meant."""
+    base = Controller if uses_extended_api(controller) else BasePolicy
+    known = [name for name in dir(base) if not name.startswith("_")]
+    own = [kind for kind in controller.__mro__ if kind is not object and kind not in base.__mro__]
+    for name in dict.fromkeys(name for kind in own for name in vars(kind)):
+        if not name.startswith("_") and name not in known:
+            for meant in get_close_matches(name, known, 1, MIN_LIKENESS):
+                yield name, meant
 
 
 def _load_installed(source: ControllerSource) -> type[Any]:

@@ -93,6 +93,8 @@ class ControllerCheck:
         try:
             identity = self.backend.identity(self.controller, self.settings)
             yield Finding("loads", True, f"{identity}, {_level(identity)}")
+            if identity.misspelt:
+                yield Finding("hooks", True, f"unknown here: {', '.join(identity.misspelt)}")
             with closing(Task(self.scene, self.condition, self.objects)) as task:
                 yield from self._check_play(task, identity)
         except RealBenchError as error:

@@ -19,6 +19,7 @@ from real_bench.controller_code.blame import blame, is_self_explanatory
 from real_bench.controller_code.finding import (
     find_controller,
     is_action_level,
+    misspelt_hooks,
     overrides_hook,
     source_file,
     uses_extended_api,
@@ -102,6 +103,7 @@ def identify(
             if settings is None
             else settings_in_full(kind, source.spec, merged(source.settings, settings))
         ),
+        misspelt=tuple(f"{name} (did you mean {meant}?)" for name, meant in misspelt_hooks(kind)),
     )
 
 

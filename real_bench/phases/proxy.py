@@ -37,6 +37,7 @@ class Identity:
         hands_over_state: whether it hands over what it learned (``get_state``).
         takes_state: whether it takes what it handed over (``set_state``).
         settings: in full, as plain values.
+        misspelt: names that it defines and that are almost those of hooks, with these.
     """
 
     class_name: str
@@ -49,6 +50,7 @@ class Identity:
     hands_over_state: bool
     takes_state: bool
     settings: Mapping[str, Any]
+    misspelt: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return f"class {self.class_name} of {self.file or 'no file'}"

@@ -93,6 +93,7 @@ def _identity(
             "hands_over_state": bool(hands_over_state),
             "takes_state": bool(takes_state),
             "settings": dict(settings),
+            "misspelt": list(misspelt),
         } if _survives_json(settings):
             return Identity(
                 class_name=printable(name[:200]),
@@ -105,6 +106,7 @@ def _identity(
                 hands_over_state=hands_over_state,
                 takes_state=takes_state,
                 settings=settings,
+                misspelt=tuple(printable(str(each))[:200] for each in misspelt[:10]),
             )
     raise client.fault("its process did not describe the controller", BrokenRuleError)
 

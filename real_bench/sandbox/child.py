@@ -90,6 +90,7 @@ class RpcServer:
             "hands_over_state": identity.hands_over_state,
             "takes_state": identity.takes_state,
             "settings": dict(identity.settings),
+            "misspelt": list(identity.misspelt),
         }
 
     def do_put_files(self, names: list[str], contents: list[Any]) -> None:
