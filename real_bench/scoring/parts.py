@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from real_bench.scoring.result import Result
 from real_bench.text.counting import counted
 
-FEW_GOALS = 10
+FEW_GOALS = 20
+"""Intervals over fewer hold the truth too rarely."""
 
 
 def describe_part(results: Sequence[Result]) -> list[str]:
