@@ -8,7 +8,7 @@ What is left out comes from the recording or the goals, or is the command's defa
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -388,11 +388,8 @@ def _as_results(given: object) -> list[Result]:
 
 
 def _as_sequence(values: Any) -> Sequence[Any]:
-    from real_bench.recording import Recording
-    from real_bench.scoring.result import Result
-
-    is_one = isinstance(values, str | os.PathLike | Recording | Result)
-    return [values] if is_one or not isinstance(values, Iterable) else list(values)
+    several = isinstance(values, Iterator | Collection)  # a Recording or Result is neither
+    return list(values) if several and not isinstance(values, str) else [values]
 
 
 def _ignore(progress: object) -> None:

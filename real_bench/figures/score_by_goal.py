@@ -48,11 +48,11 @@ def draw(data: FigureData) -> Drawing | None:
     tables = []
     with style.in_style():
         own_of = {name: [one for one in shown if one.controller == name] for name in controllers}
-        n_lines = max(_legend_lines(name, own) for name, own in own_of.items())
-        height = PANEL_HEIGHT_CM + (n_lines - 1) * style.LEGEND_ROW_CM
+        lines_of = {name: _legend_lines(name, own) for name, own in own_of.items()}
+        height = PANEL_HEIGHT_CM + (max(lines_of.values()) - 1) * style.LEGEND_ROW_CM
         figure, axes = style.rows(len(controllers), height)
         for panel, (controller, own) in zip(axes, own_of.items(), strict=True):
-            below = _legend_lines(controller, own)
+            below = lines_of[controller]
             pad = (
                 style.TITLE_PAD + (below > 1) * (below - 0.5) * style.LEGEND_ROW_CM * style.CM * 72
             )

@@ -1,1 +1,1 @@
-"""What users give, checked: numbers, names, fields and YAML files."""
+"""What users give, checked: numbers, text of a certain form, and YAML files."""

@@ -15,7 +15,7 @@ from real_bench.goal_sets import GoalSet, load_goal_set, shipped_goal_set
 from real_bench.report.page import Chart, Report, Table
 from real_bench.report.parts import ResultEntry, read_played, read_tested
 from real_bench.report.pictures import data_uri
-from real_bench.scoring.result import load_result
+from real_bench.scoring.result import Setting, load_result
 from real_bench.simulation import load_scene
 from real_bench.simulation.scene import shipped_scenes
 
@@ -55,7 +55,8 @@ def make_report(
     """Read all files, draw what can be drawn, and remark on the rest; raises RealBenchError."""
     tables = [_table(path) for path in files.experiments]
     plays = [read_played(path) for path in files.recordings]
-    sets = _goal_sets(files.goals, files.results)
+    results = {path: load_result(path) for path in files.results}
+    sets = _goal_sets(files.goals, [result.setting for result in results.values()])
     for file, goal_set in sets:
         if goal_set.is_secret and not files.released:
             raise GoalSetError(
@@ -64,12 +65,12 @@ def make_report(
             )
     scenes = [] if files.scene is None else [load_scene(files.scene).source]
     tests: list[ResultEntry] = []
-    begun = [path for path in files.results if load_result(path).trials]
+    begun = [path for path, result in results.items() if result.trials]
     for path in begun:
         progress(len(tests), path.name)
         tests.append(read_tested(path, plays, sets, files.videos, scenes))
     charts, remarks = _charts(files.recordings, begun)
-    remarks += [f"{path.name}: has no trial yet" for path in files.results if path not in begun]
+    remarks += [f"{path.name}: has no trial yet" for path in results if path not in begun]
     return Report(title, tables, plays, tests, charts, [*remarks, *_missing_pictures(tests)])
 
 
@@ -86,10 +87,11 @@ def _table(path: Path) -> Table:
     )
 
 
-def _goal_sets(files: Sequence[Path], results: Sequence[Path]) -> list[tuple[str | None, GoalSet]]:
+def _goal_sets(
+    files: Sequence[Path], settings: Sequence[Setting]
+) -> list[tuple[str | None, GoalSet]]:
     """The goal sets that results may be on, and how the command line names them."""
     found: list[tuple[str | None, GoalSet]] = [(file.name, load_goal_set(file)) for file in files]
-    settings = [load_result(path).setting for path in results]
     for objects, scene in sorted({(setting.objects, setting.scene) for setting in settings}):
         try:
             found.append((None, load_goal_set(shipped_goal_set(objects, scene))))
