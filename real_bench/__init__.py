@@ -72,24 +72,27 @@ __all__ = [
     "score",
 ]
 
-_FUNCTIONS = (
-    *("compare", "draw_figures", "load_goals", "load_result", "make_env"),
-    *("run_experiment", "run_extrinsic", "run_intrinsic", "score"),
-)
-
 if not TYPE_CHECKING:  # or checkers would take any name for one of these
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
-            **dict.fromkeys(_FUNCTIONS, "real_bench.api"),
-            "Action": "real_bench.actions",
-            "BasePolicy": "real_bench.controller",
-            "Controller": "real_bench.controller",
-            "Experience": "real_bench.recording",
-            "GoalSet": "real_bench.goal_sets",
-            "RealBenchError": "real_bench.errors",
-            "Recording": "real_bench.recording",
-            "Settings": "real_bench.settings",
-            "figures": "real_bench.figures",
+            "actions": ("Action",),
+            "api": (
+                "compare",
+                "draw_figures",
+                "load_goals",
+                "load_result",
+                "make_env",
+                "run_experiment",
+                "run_extrinsic",
+                "run_intrinsic",
+                "score",
+            ),
+            "controller": ("BasePolicy", "Controller"),
+            "errors": ("RealBenchError",),
+            "figures": ("figures",),
+            "goal_sets": ("GoalSet",),
+            "recording": ("Experience", "Recording"),
+            "settings": ("Settings",),
         },
     )

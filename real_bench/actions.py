@@ -110,6 +110,11 @@ class Action:
         """No command: go home and stay there. ``size`` is the length of a command vector."""
         return cls(np.full((1, size), np.nan), np.array([n_steps]), np.array([False]))
 
+    @classmethod
+    def from_rows(cls, rows: NDArray[Any]) -> Action:
+        """An action from rows as they are stored, with fields command, n_steps and line."""
+        return cls(rows["command"], rows["n_steps"], rows["line"].astype(bool))
+
     def commanded(self, moments: ArrayLike) -> NDArray[np.float64]:
         """The commands at some moments, (k, size).
 

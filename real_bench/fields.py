@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
 from real_bench.conditions import Condition
 from real_bench.errors import RealBenchError
+from real_bench.inputs.records import Record
 from real_bench.inputs.spelling import spelled
 from real_bench.lengths import LARGEST, MAX_TRIAL_STEPS
 
@@ -33,12 +34,6 @@ def _condition(name: str) -> str:
 
 
 ConditionName = Annotated[str, AfterValidator(_condition)]
-
-
-class Record(BaseModel):
-    """A part of such a file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class SpecFile(Record):

@@ -7,20 +7,19 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from real_bench.errors import ControllerError, faults
+from real_bench.inputs.records import Record
 from real_bench.inputs.yaml_files import parse, read_mapping
 from real_bench.text.nearest import did_you_mean
 
 Values = dict[str, Any]
 
 
-class Settings(BaseModel):
+class Settings(Record):
     """Base of a controller's settings: frozen, refuses unknown names."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def settings_class(controller: type[Any]) -> type[Settings] | None:

@@ -22,10 +22,8 @@ Example:
 @click.command(epilog=EPILOG)
 @options.setting_options
 @click.option("--steps", type=int, help=f"Length of the play. [default: {INTRINSIC_STEPS:,}]")
-@click.option("--goals", type=options.FILE, help="Goal set. [default: the shipped one]")
-@click.option(
-    "--trials", type=int, help="Test only N goals, each class in proportion. [default: all]"
-)
+@options.goals_option
+@options.trials_option
 @options.trial_steps_option
 @click.option(
     "--run",
@@ -34,7 +32,7 @@ Example:
     show_default=True,
     help="The recording of the play, to be written.",
 )
-@click.option("--out", type=options.FILE, default=defaults.RESULT, show_default=True)
+@options.result_option
 @click.option(
     "--overwrite",
     is_flag=True,

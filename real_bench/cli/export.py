@@ -75,6 +75,8 @@ def export(
         chosen = Export(
             recording, out or Path(form), images is not False, image_size, name, overwrite
         )
-        with progress_display(f"exporting {file.name}", "rows", len(recording)) as display:
-            message = FORMATS[form](chosen, lambda done, total: display.update(done))
+        with progress_display(f"exporting {file.name}", "actions", len(recording)) as display:
+            message = FORMATS[form](
+                chosen, lambda done, total: display.update(len(recording) * done // total)
+            )
     say(message)

@@ -105,7 +105,7 @@ def _draw_all(data: FigureData, figure_options: FigureOptions, out: Path) -> dic
 
     before = drawn_before(out)
     drawn = draw_all(data)
-    with progress_display("drawing", "figures", len(FIGURES)) as display:
+    with progress_display("writing", "figures", len(FIGURES)) as display:
         for number, kind in enumerate(FIGURES):
             display.update(number, kind.name)
             if kind.name in drawn:

@@ -23,7 +23,7 @@ Example:
 
 @click.command(epilog=EPILOG)
 @click.argument("results", type=options.FILE)
-@click.option("--round", "name", metavar="NAME", help="Only this round. [default: all]")
+@options.round_option
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option(
     "--site", type=options.FILE, metavar="DIR", help="Write a static site, one page per submission."

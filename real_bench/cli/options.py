@@ -66,6 +66,25 @@ trial_steps_option: Decorator = click.option(
     help="Length of a trial; with another one, scores do not compare with published ones.",
 )
 
+goals_option: Decorator = click.option(
+    "--goals", type=FILE, help="Goal set. [default: the shipped one]"
+)
+trials_option: Decorator = click.option(
+    "--trials", type=int, help="Test only N goals, each class in proportion. [default: all]"
+)
+result_option: Decorator = click.option(
+    "--out", type=FILE, default=defaults.RESULT, show_default=True
+)
+jobs_at_once_option: Decorator = click.option(
+    "--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one per core]"
+)
+scheduler_option: Decorator = click.option(
+    "--scheduler", metavar="ADDRESS", help="Run the jobs on this Dask cluster."
+)
+round_option: Decorator = click.option(
+    "--round", "name", metavar="NAME", help="Only this round. [default: all]"
+)
+
 TESTING_OPTIONS: tuple[Decorator, ...] = (
     click.option(
         "--run",
@@ -96,13 +115,11 @@ TESTING_OPTIONS: tuple[Decorator, ...] = (
         flag_value="nothing",
         help="Test it even if the recording does not hold what it learned.",
     ),
-    click.option("--goals", type=FILE, help="Goal set. [default: the shipped one]"),
-    click.option(
-        "--trials", type=int, help="Test only N goals, each class in proportion. [default: all]"
-    ),
+    goals_option,
+    trials_option,
     trial_steps_option,
     click.option("--jobs", type=int, default=1, show_default=True, help="Number of processes."),
-    click.option("--out", type=FILE, default=defaults.RESULT, show_default=True),
+    result_option,
 )
 
 SETTING_OPTIONS: tuple[Decorator, ...] = (

@@ -51,9 +51,9 @@ def round() -> None:
 @round.command(epilog=RUN_EPILOG)
 @click.argument("submissions", type=options.FILE)
 @click.argument("spec", type=options.FILE)
-@click.option("--round", "name", metavar="NAME", help="Only this round. [default: all]")
-@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one per core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Run the jobs on this Dask cluster.")
+@options.round_option
+@options.jobs_at_once_option
+@options.scheduler_option
 @click.option("--retry", is_flag=True, help="Retry what failed.")
 @click.option("--junit", type=options.FILE, help="Write each submission's outcome as JUnit XML.")
 @options.overwrite_option

@@ -39,8 +39,8 @@ FORMATS = ("text", "markdown", "latex")
     "--init", is_flag=True, help="Write an experiment to start from, with every key explained."
 )
 @click.option("--run/--no-run", default=None, help="Run what is missing. [default: as SPEC says]")
-@click.option("--jobs", type=click.IntRange(min=1), help="Jobs at once. [default: one per core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Run the jobs on this Dask cluster.")
+@options.jobs_at_once_option
+@options.scheduler_option
 @click.option("--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option(
     "--resume",

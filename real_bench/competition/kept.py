@@ -6,18 +6,17 @@ import json
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from real_bench.errors import ExperimentError, faults
 from real_bench.files.outputs import write_atomically
+from real_bench.inputs.records import Record
 
 Kept = TypeVar("Kept", bound="KeptRecord")
 
 
-class KeptRecord(BaseModel):
+class KeptRecord(Record):
     """A record that has a file of its own in a folder."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     FILE: ClassVar[str]
     """The file's name."""

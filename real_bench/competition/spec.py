@@ -16,7 +16,8 @@ from pydantic import (
 
 from real_bench.controller_code.manifest import FROZEN
 from real_bench.errors import ExperimentError, RealBenchError, faults
-from real_bench.fields import ConditionName, Name, Record, Seed, SpecFile, Steps, TrialSteps
+from real_bench.fields import ConditionName, Name, Seed, SpecFile, Steps, TrialSteps
+from real_bench.inputs.records import Record
 from real_bench.inputs.spelling import spelled
 from real_bench.inputs.yaml_files import read_mapping
 from real_bench.lengths import INTRINSIC_STEPS, LARGEST, TRIAL_STEPS

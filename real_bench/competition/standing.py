@@ -7,9 +7,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from real_bench.competition.kept import KeptRecord
+from real_bench.inputs.records import Record
 from real_bench.text.quoting import quoted
 
 Status = Literal[
@@ -40,7 +41,7 @@ UNTOLD = "why is not told while the goals are secret"
 _PLACE = re.compile(r"(play|test)(, goal \d{1,6}(?=:))?")
 
 
-class FailureRecord(BaseModel):
+class FailureRecord(Record):
     """What ended a job.
 
     Attributes:
@@ -49,8 +50,6 @@ class FailureRecord(BaseModel):
         seconds: that it took.
         task_sha256: of the round as it was; empty in files of old.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     status: Status
     detail: str

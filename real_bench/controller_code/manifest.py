@@ -6,10 +6,11 @@ import re
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, field_validator
 
 from real_bench.errors import SubmissionError, faults
 from real_bench.fields import ConditionName
+from real_bench.inputs.records import Record
 from real_bench.inputs.yaml_files import read_mapping
 from real_bench.text.nearest import unknown_name_hint
 
@@ -27,7 +28,7 @@ _ENTRY = re.compile(r"(?P<file>[A-Za-z_][A-Za-z0-9_]*\.py)(:(?P<name>[A-Za-z_][A
 Text = Annotated[str, Field(min_length=1, max_length=60)]
 
 
-class Submission(BaseModel):
+class Submission(Record):
     """A submission: a controller in a folder of its own, and what it needs.
 
     Attributes:
@@ -41,8 +42,6 @@ class Submission(BaseModel):
         requirements: packages it needs besides realbench's, as pip names them: no addresses.
         description: a sentence for the leaderboard's page.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     folder: Path
     name: Text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 import uuid
 from concurrent.futures import CancelledError
@@ -12,6 +11,7 @@ from typing import Any
 from real_bench.errors import ExperimentError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps, job_from_json
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
+from real_bench.extras import extra
 from real_bench.files.locks import temporary_folder
 from real_bench.files.outputs import write_atomically
 
@@ -32,18 +32,14 @@ class Cluster:
         address: of the scheduler, e.g. ``tcp://10.0.0.1:8786``.
 
     Raises:
-        ExperimentError: dask.distributed is not installed, or no scheduler answers.
+        MissingExtraError: dask.distributed is not installed.
+        ExperimentError: no scheduler answers.
     """
 
     def __init__(self, address: str) -> None:
+        distributed = extra("distributed", "cluster")
         try:
-            from distributed import Client
-        except ImportError as error:
-            raise ExperimentError(
-                "--scheduler needs dask.distributed: pip install 'real-bench[cluster]'"
-            ) from error
-        try:
-            self._client = Client(address, timeout=SECONDS_TO_CONNECT)
+            self._client = distributed.Client(address, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError, TypeError) as error:
             raise ExperimentError(f"no Dask scheduler answers at {address}: {error}") from error
         self._address, self._last_seen = address, time.monotonic()
@@ -153,9 +149,7 @@ def _relocate(job: Job, contents: dict[str, bytes], folder: Path) -> Job:
     places = {field: folder / f"{field}{job.inputs[field].suffix}" for field in contents}
     for field, content in contents.items():
         places[field].write_bytes(content)
-    values = json.loads(job.model_dump_json())
-    moved = {field: str(path) for field, path in places.items()}
-    return _job(json.dumps({**values, **moved, "out": str(folder / job.out.name)}))
+    return job.model_copy(update={**places, "out": folder / job.out.name})
 
 
 def _job(text: str) -> Job:

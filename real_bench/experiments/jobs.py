@@ -1,4 +1,4 @@
-"""The two kinds of jobs of an experiment: plays and tests.
+"""The kinds of jobs: plays and tests, and the checks of submissions.
 
 A job is plain data with everything it takes, so that another process or machine can do it.
 """
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
 from real_bench.conditions import Condition
 from real_bench.errors import (
@@ -22,6 +22,7 @@ from real_bench.errors import (
 )
 from real_bench.files.kinds import RECORDING, RESULT, FileKind
 from real_bench.files.outputs import is_of_kind
+from real_bench.inputs.records import Record
 from real_bench.phases.activity import Activity, ignore_activity
 from real_bench.phases.local import LocalBackend
 from real_bench.phases.proxy import ControllerBackend
@@ -43,8 +44,8 @@ class OnSteps(Protocol):
         """
 
 
-class _Job(BaseModel, ABC):
-    """What both kinds have.
+class _Job(Record, ABC):
+    """What plays and tests have.
 
     Attributes:
         name: unique in the experiment.
@@ -55,8 +56,6 @@ class _Job(BaseModel, ABC):
         isolate: run the controller in a process of its own, in a sandbox.
         limits: what an isolated controller may use up.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
     controller: str
@@ -228,7 +227,7 @@ def _remove_damaged(path: Path, kind: FileKind) -> None:
 Job = PlayJob | ScoringJob
 
 
-class CheckJob(BaseModel):
+class CheckJob(Record):
     """A quick check whether jobs can be done: their controllers play a few steps.
 
     Attributes:
@@ -236,8 +235,6 @@ class CheckJob(BaseModel):
         jobs: what to check; one of each group of jobs that differ in nothing that matters.
         plays: future plays that the tests among them learn from, by name.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: Literal["check"] = "check"
     name: str = "check"

@@ -17,7 +17,7 @@ from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.physics import mixture
 from real_bench.scoring.columns import ABSENT, drop_empty_columns
 from real_bench.scoring.metric import METRICS, SCORE
-from real_bench.scoring.repeats import ENOUGH_REPEATS
+from real_bench.scoring.repeats import ENOUGH_PLAYS
 from real_bench.scoring.statistics import (
     MIN_PLAYS,
     OVER_PLAYS_AND_GOALS,
@@ -30,7 +30,7 @@ from real_bench.text.quoting import markdown, quoted
 OVER = interval_heading(OVER_PLAYS_AND_GOALS)
 KEYS, MEAN = ("controller", "condition", "objects"), "mean ± s.e."
 LEGEND = {
-    MEAN: "s.e.: standard error over repeats",
+    MEAN: "s.e.: standard error over plays",
     OVER: f"{OVER}: of the mean of many plays on many such goals; needs {MIN_PLAYS} plays",
     "IQM": "IQM: interquartile mean",
 }
@@ -151,7 +151,7 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
         *(f"{row.cell.name}: {quoted(row.cell.note, MAX_LENGTH)}" for row in rows if row.cell.note),
     ]
     if any(row.difference is not None and not row.is_enough for row in rows):
-        lines.append(f"{FEW} fewer than {ENOUGH_REPEATS} plays: too few to compare")
+        lines.append(f"{FEW} fewer than {ENOUGH_PLAYS} plays: too few to compare")
     for reason in dict.fromkeys(reason for row in rows for reason in row.unlike_published):
         lines.append(f"{UNLIKE} not what was published: {reason}")
     if earlier := [row.cell.name for row in rows if row.is_of_earlier_control]:

@@ -1,6 +1,6 @@
 """The paper's figures (section Results), from recordings and results.
 
-Each file draws one figure: what was recorded goes in, a drawing with its numbers comes out.
+A figure has a file: what was recorded goes in, a drawing with its numbers comes out.
 ``registry.FIGURES`` names them all; only ``saving`` writes files.
 """
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from real_bench.figures.tested import Series
 
 PANEL_HEIGHT_CM = 4.4
-FEW_GOALS = 20
+TICK_EVERY_GOAL = 20
 """So many are all numbered; of more, each fifth."""
 
 LETTERS_IN_LINE, LETTERS_OF_SIGN = 105, 4
@@ -121,7 +121,7 @@ def _divide(panel: Axes, goals: Sequence[int], classes: Sequence[str]) -> None:
         middle, above = (begin + end - 1) / 2, panel.get_ylim()[1] * 0.97
         panel.text(middle, above, challenge, ha="center", va="top")
         begin = end
-    ticks = range(0, len(goals), 5 if len(goals) > FEW_GOALS else 1)
+    ticks = range(0, len(goals), 5 if len(goals) > TICK_EVERY_GOAL else 1)
     panel.set_xticks(ticks, [str(goals[i]) for i in ticks])
     panel.set_xlim(-0.75, len(goals) - 0.25)
 

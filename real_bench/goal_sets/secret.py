@@ -14,18 +14,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from real_bench.errors import GoalSetError, faults
 from real_bench.fields import Seed
 from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
 from real_bench.goal_sets.goal import SECRET, UNKNOWN_SEED, GoalSet
+from real_bench.inputs.records import Record
 from real_bench.inputs.spelling import Sha256
 from real_bench.lengths import LARGEST
 from real_bench.simulation import Scene
 
 
-class Opening(BaseModel):
+class Opening(Record):
     """The opening of a commitment, secret until the goals may be known.
 
     Attributes:
@@ -33,8 +34,6 @@ class Opening(BaseModel):
         salt: 256 random bits.
         goals_sha256: hash of the set.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     seed: Seed
     salt: Sha256

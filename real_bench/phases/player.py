@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -36,38 +37,34 @@ def make_player(
     return kind(proxy, task, decision_context)
 
 
+@dataclass
 class ActionPlayer:
     """Plays a controller that decides on whole actions."""
 
-    def __init__(
-        self, proxy: ControllerProxy, task: Task, decision_context: DecisionContext
-    ) -> None:
-        self._proxy = proxy
-        self._task = task
-        self._decision_context = decision_context
+    proxy: ControllerProxy
+    task: Task
+    decision_context: DecisionContext
 
     def play(self, n_steps_left: int) -> Action:
         """Ask for the next action and execute it in the fast loop."""
-        with self._decision_context():
-            action = self._proxy.next_action(self.look()).first(n_steps_left)
-        self._task.execute(action)
+        with self.decision_context():
+            action = self.proxy.next_action(self.look()).first(n_steps_left)
+        self.task.execute(action)
         return action
 
     def look(self) -> Observation:
         """What is seen now; images are there for whoever reads them."""
-        return self._task.observe()
+        return self.task.observe()
 
 
+@dataclass
 class StepPlayer:
     """Plays a controller that is called at every step, a stretch of 1000 steps at a time."""
 
-    def __init__(
-        self, proxy: ControllerProxy, task: Task, decision_context: DecisionContext
-    ) -> None:
-        self._proxy = proxy
-        self._task = task
-        self._decision_context = decision_context
-        self._render = True  # the first observation has images
+    proxy: ControllerProxy
+    task: Task
+    decision_context: DecisionContext
+    _render: bool = field(default=True, init=False)  # the first observation has images
 
     def play(self, n_steps_left: int) -> Action:
         """A stretch of steps; equal commands in a row are kept as one."""
@@ -84,10 +81,10 @@ class StepPlayer:
 
     def look(self) -> Observation:
         """What is seen now, with images where the last action asked for them."""
-        return self._task.observe(render=self._render)
+        return self.task.observe(render=self._render)
 
     def _step(self) -> Command:
-        with self._decision_context():
-            command, self._render = self._proxy.step(self.look())
-        self._task.step(command)
+        with self.decision_context():
+            command, self._render = self.proxy.step(self.look())
+        self.task.step(command)
         return command

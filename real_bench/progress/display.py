@@ -112,7 +112,6 @@ class ProgressDisplay:
         if self._first is None:
             self._first = done
             self._began = time.monotonic()
-            self._bar.update(self._task, completed=done)
         self._bar.update(self._task, completed=done)
         self._print_occasionally()
 

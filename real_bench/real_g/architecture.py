@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.controller import Controller, ControllerState
 from real_bench.errors import ControllerError
 from real_bench.explanation import Explanation
 from real_bench.lengths import TRIAL_STEPS
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.babble import MotorBabbling
 from real_bench.real_g.hand import Primitive
 from real_bench.real_g.model_planner import ModelPlanner, PlannerSettings
@@ -22,7 +22,6 @@ from real_bench.real_g.play import Play, PlaySettings
 from real_bench.real_g.replay import ReplayPlanner
 from real_bench.recording import Experience
 
-Array = NDArray[np.float64]
 Wander = Callable[[np.random.Generator], Action]
 
 MAX_IDLE = 20

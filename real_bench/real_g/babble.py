@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.hand import Primitive
 from real_bench.real_g.memory import sample_scales
-
-Array = NDArray[np.float64]
 
 REPEAT_SHARE = 0.5
 """The share of actions that vary the last one that moved something."""

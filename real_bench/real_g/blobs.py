@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 SHADES = 6
 """Levels that are distinguished in each colour."""

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
-
-Image = NDArray[np.uint8]
+from real_bench.real_g.arrays import Image
 
 MAX_KEPT = 64
 """Number of images whose median is the background."""

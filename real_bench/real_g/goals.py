@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 
 class SelfGeneratedGoals:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 CELL = 4
 """Side of a cell of the ground, in pixels."""

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from real_bench.actions import Action
 from real_bench.errors import RealBenchError
-
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 
 class Primitive(Protocol):

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from real_bench.errors import RealBenchError
-
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 N_ROTATIONS = 8
 """How many rotations of the image, each also mirrored, a search begins with."""

@@ -15,11 +15,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array, Image
 from real_bench.real_g.blobs import N_COLOURS, colours_of
 from real_bench.real_g.ground import MAX_DEPTH
-
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 NEARER = 0.01
 """Something stands before something else if it is nearer by this share of the ground's distance."""

@@ -10,14 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array, Image
 from real_bench.real_g.blobs import Blob, find_blobs, split_blobs
 from real_bench.real_g.foreground import Foreground
 from real_bench.real_g.ground import Ground
 from real_bench.real_g.hand_eye import Contingencies, HandEye, resample_path
 from real_bench.real_g.looks import Appearances
-
-Array = NDArray[np.float64]
-Image = NDArray[np.uint8]
 
 FIRST_LESSON = 4
 """Number of changed images after which it learns for the first time."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.reach import Planes
-
-Array = NDArray[np.float64]
 
 N_ALONG = 14
 """Postures along the line."""

@@ -9,9 +9,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.relation import Relation, orientation_features, rotate
-
-Array = NDArray[np.float64]
 
 N_SIMILAR = 10
 """How many actions tell what a similar one does."""

@@ -9,9 +9,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.blobs import N_COLOURS, Blob
-
-Array = NDArray[np.float64]
 
 ROUNDS = 20
 """Rounds of sorting blobs and learning looks; more change nothing."""

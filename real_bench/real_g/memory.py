@@ -14,13 +14,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.hand import Primitive
 from real_bench.real_g.relation import Relation, random_distance, rotate
-
-Array = NDArray[np.float64]
 
 MAX_SCALE, MIN_SCALE = 0.5, 0.005
 """How near to an object random actions begin, in shares of a range."""

@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch.nn import functional
 
 from real_bench.errors import RealBenchError
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.networks import Ensemble
-
-Array = NDArray[np.float64]
 
 MIN_ACTIONS = 30
 """The fewest actions that are learned from."""

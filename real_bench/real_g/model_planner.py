@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.model import MIN_ACTIONS, OutcomeModel
 from real_bench.real_g.planner import Choice, Propose
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.trial_evidence import TrialEvidence
 from real_bench.settings import Settings
-
-Array = NDArray[np.float64]
 
 
 class PlannerSettings(Settings):

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
+from real_bench.real_g.arrays import Array
 from real_bench.real_x.threads import fixed_threads
 from real_bench.text.counting import counted
-
-Array = NDArray[np.float64]
 
 Loss = Callable[[torch.Tensor, torch.Tensor], torch.Tensor]
 """From outputs (E, b, O) and the numbers of the rows they are of (E, b) to losses (E, b)."""

@@ -6,12 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.real_g.arrays import Array
 from real_bench.recording import Experience
-
-Array = NDArray[np.float64]
 
 PathOf = Callable[[Action], Array | None]
 """From an action to points that the hand passes, (k, 2) or with height (k, 3) metres; None where

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 Propose = Callable[[Array, Array], Array]
 """From an object's row and (n, 2) positions where the hand should end to n actions' parameters,

@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.goals import SelfGeneratedGoals
 from real_bench.real_g.hand import Primitive
 from real_bench.real_g.memory import ActionMemory, sample_near_object, sample_scales
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.skill import Skill
 from real_bench.settings import Settings
-
-Array = NDArray[np.float64]
 
 log = logging.getLogger(__name__)
 

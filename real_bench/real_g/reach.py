@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from real_bench.real_g.arrays import Array
 
 N_FIRST, FIRST_NOISE, NOISE = 25, 0.1, 0.05
 """Postures around the first one, and the deviation of postures' noise then and later, radians."""

@@ -7,11 +7,9 @@ learned at one position holds at every other.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.hand import Primitive
-
-Array = NDArray[np.float64]
 
 
 class Relation:

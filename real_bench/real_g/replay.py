@@ -10,13 +10,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.known_actions import KnownActions
 from real_bench.real_g.planner import Choice, Propose
 from real_bench.real_g.relation import Relation
-
-Array = NDArray[np.float64]
 
 N_CANDIDATES = 500
 """The actions of the play that would end nearest to the goal, if they did again what they did."""

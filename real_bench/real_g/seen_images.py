@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.image_objects import ImageObjects
 from real_bench.real_x.home import is_home
 from real_bench.recording import Experience
-
-Array = NDArray[np.float64]
 
 
 class ImagePerception:

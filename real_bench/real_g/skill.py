@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.memory import ActionMemory, sample_near_object
 from real_bench.real_g.model import MIN_ACTIONS, ContingencyModel
 from real_bench.real_g.relation import Relation
-
-Array = NDArray[np.float64]
 
 
 class Skill:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.relation import Relation, random_distance
-
-Array = NDArray[np.float64]
 
 ALIKE = 1 / 3
 """Actions so far apart still tell of each other: a share of the distance of two random ones."""

@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from real_bench.actions import Action
+from real_bench.real_g.arrays import Array
 from real_bench.real_g.hand_sight import HandSight
 from real_bench.real_g.reach import Planes, Reach, Refinement
 from real_bench.settings import Settings
-
-Array = NDArray[np.float64]
 
 N_ARM = 7
 """The joints of the arm; the other two are the gripper's, of which the first one opens it."""

@@ -33,6 +33,9 @@ class Experience:
         sees_objects: whether there are positions and orientations.
         object_names: their names, in order.
         durations: how many steps each action lasted, (n,); the last one may have been cut short.
+        preconditions: the number of the state that each action began in, (n,); actions share
+            states.
+        outcomes: the number of the state that each action led to, (n,).
         n_states: how many states there are.
         joint_positions: of the robot in every state, (n_states, 9) radians.
     """
@@ -58,7 +61,8 @@ class Experience:
             joints = recording.states["joint_positions"][: self.n_states]
             self.joint_positions: NDArray[np.float64] = joints
         self._first_state = 0  # of the recording's
-        self._preconditions, self._outcomes = rows["precondition"], rows["outcome"]
+        self.preconditions: NDArray[np.int64] = rows["precondition"]
+        self.outcomes: NDArray[np.int64] = rows["outcome"]
         self.durations: NDArray[np.int64] = rows["n_steps"]
         self._first_commands, self._n_commands = rows["first_command"], rows["n_commands"]
         self._freeze()
@@ -67,19 +71,19 @@ class Experience:
         return self  # it never changes, so copies of a controller may share it
 
     def __len__(self) -> int:
-        return len(self._preconditions)
+        return len(self.preconditions)
 
     def since(self, first: int) -> Experience:
         """What followed the first actions; its first state is the one that the next began in."""
         part = copy.copy(self)
         first = min(first, len(self))
-        state = self._preconditions[first] if first < len(self) else self.n_states
+        state = self.preconditions[first] if first < len(self) else self.n_states
         part._first_state += int(state)
         part.n_states -= int(state)
         part.joint_positions = self.joint_positions[state:]
         part._poses = None if self._poses is None else self._poses[state:]
-        part._preconditions = self._preconditions[first:] - state
-        part._outcomes = self._outcomes[first:] - state
+        part.preconditions = self.preconditions[first:] - state
+        part.outcomes = self.outcomes[first:] - state
         part.durations = self.durations[first:]
         part._first_commands = self._first_commands[first:]
         part._n_commands = self._n_commands[first:]
@@ -88,43 +92,33 @@ class Experience:
 
     def _freeze(self) -> None:
         """Protect what all copies of a controller share."""
-        shown = (self.joint_positions, self.durations, self._preconditions, self._outcomes)
+        shown = (self.joint_positions, self.durations, self.preconditions, self.outcomes)
         for array in shown:
             array.setflags(write=False)
 
     def positions_before(self) -> NDArray[np.float64]:
         """Objects' positions before each action, (n, n_objects, 3) metres; needs O."""
-        return self._positions(self._preconditions)
+        return self._positions(self.preconditions)
 
     def positions_after(self) -> NDArray[np.float64]:
         """Objects' positions after each action, (n, n_objects, 3) metres; needs O."""
-        return self._positions(self._outcomes)
+        return self._positions(self.outcomes)
 
     def orientations_before(self) -> NDArray[np.float64]:
         """Objects' quaternions (x, y, z, w) before each action, (n, n_objects, 4); needs O."""
-        return self._visible_poses()[self._preconditions, :, 3:]
+        return self._visible_poses()[self.preconditions, :, 3:]
 
     def orientations_after(self) -> NDArray[np.float64]:
         """Objects' quaternions (x, y, z, w) after each action, (n, n_objects, 4); needs O."""
-        return self._visible_poses()[self._outcomes, :, 3:]
+        return self._visible_poses()[self.outcomes, :, 3:]
 
     def image_before(self, index: int) -> NDArray[np.uint8]:
         """The image before an action, (height, width, 3) uint8; raises RecordingError."""
-        return self._image(self._preconditions[index])
+        return self._image(self.preconditions[index])
 
     def image_after(self, index: int) -> NDArray[np.uint8]:
         """The image after an action, (height, width, 3) uint8; raises RecordingError."""
-        return self._image(self._outcomes[index])
-
-    @property
-    def preconditions(self) -> NDArray[np.int64]:
-        """The number of the state that each action began in, (n,); actions share states."""
-        return self._preconditions
-
-    @property
-    def outcomes(self) -> NDArray[np.int64]:
-        """The number of the state that each action led to, (n,)."""
-        return self._outcomes
+        return self._image(self.outcomes[index])
 
     def map_images(self, function: Callable[[NDArray[np.uint8]], NDArray[Any]]) -> NDArray[Any]:
         """A function of the image of every state, without holding all images in memory.
@@ -152,7 +146,7 @@ class Experience:
         """An action as it was executed, ready to be executed again."""
         first, count = int(self._first_commands[index]), int(self._n_commands[index])
         rows = self._commands[first : first + count]
-        return Action(rows["command"], rows["n_steps"], rows["line"].astype(bool))
+        return Action.from_rows(rows)
 
     @cached_property
     def _commands(self) -> NDArray[Any]:

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
 from real_bench.fields import Seed
+from real_bench.inputs.records import Record
 from real_bench.text.counting import counted
 from real_bench.text.quoting import quoted
 
@@ -27,7 +28,7 @@ FIELDS_TO_RESUME = (
 )
 
 
-class Header(BaseModel):
+class Header(Record):
     """Facts of a run that stay the same from its first step to its last.
 
     Attributes:
@@ -48,8 +49,6 @@ class Header(BaseModel):
         images: whether camera images are recorded.
         versions: of Python and the packages that can change the outcome, and the physics.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     condition: str
     control_version: int = Field(ge=1, lt=2**31)

@@ -169,7 +169,7 @@ class Recording:
         pair = (None, None) if self.n_images is None else self.image_pair(before, after)
         return Triplet(
             self._state(before, pair[0]),
-            Action(rows["command"], rows["n_steps"], rows["line"].astype(bool)),
+            Action.from_rows(rows),
             self._state(after, pair[1]),
         )
 

@@ -48,7 +48,7 @@ class ActionReplayer:
         commands = self._recording.commands(int(row["first_command"]), int(row["n_commands"]))
         if commands["line"].max() > 1:
             raise ActionError("a line flag is neither 0 nor 1")
-        action = Action(commands["command"], commands["n_steps"], commands["line"].astype(bool))
+        action = Action.from_rows(commands)
         check_action(action, self._task.control)
         if action.duration != row["n_steps"]:
             raise ActionError(f"the commands last {action.duration} steps, not {row['n_steps']}")

@@ -17,7 +17,7 @@ _X32 = 0x40000000  # another way into the same kernel, with numbers of its own
 _CLONE_THREAD = 0x00010000
 _SET_NO_NEW_PRIVS, _GET_SECCOMP, _SET_SECCOMP, _FILTER = 38, 21, 22, 2
 
-# The last eleven numbers are the same on all machines: they are newer than both tables.
+# The same on all machines: these calls are newer than both tables.
 _NEWER = {
     "clone3": 435,
     "pidfd_open": 434,

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from real_bench.actions import Action
 from real_bench.errors import ActionError, ResultError
+from real_bench.inputs.records import Record
 from real_bench.lengths import MAX_TRIAL_STEPS
 
 MAX_COMMAND_SIZE = 32
@@ -27,7 +28,7 @@ def row_type(size: int) -> np.dtype[Any]:
     return np.dtype(fields)
 
 
-class Commands(BaseModel):
+class Commands(Record):
     """Whole actions as they were executed.
 
     Attributes:
@@ -38,8 +39,6 @@ class Commands(BaseModel):
     Raises:
         ValueError: the data are not what is declared, or not commands.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     size: int = Field(ge=1, le=MAX_COMMAND_SIZE)
     rows: int = Field(ge=1, le=MAX_TRIAL_STEPS)
@@ -116,7 +115,7 @@ def _split(rows: NDArray[Any]) -> list[NDArray[Any]]:
 
 def _action(rows: NDArray[Any]) -> Action:
     try:
-        return Action(rows["command"], rows["n_steps"], rows["line"].astype(bool))
+        return Action.from_rows(rows)
     except ActionError as error:
         raise ValueError(str(error)) from error
 

@@ -22,7 +22,7 @@ from real_bench.scoring.statistics import (
     standard_error,
 )
 
-ENOUGH_REPEATS = 5
+ENOUGH_PLAYS = 5
 """With fewer plays, a difference to another score says little."""
 
 
@@ -97,7 +97,7 @@ class RepeatsSummary:
     @property
     def is_enough(self) -> bool:
         """Whether there are enough plays to compare their mean with another."""
-        return self.n_plays >= ENOUGH_REPEATS
+        return self.n_plays >= ENOUGH_PLAYS
 
     def to_json(self) -> dict[str, Any]:
         """Every number; None if there is none."""

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from real_bench.errors import ResultError, faults
 from real_bench.files.outputs import write_atomically
 from real_bench.goal_sets.goal import CHALLENGES
+from real_bench.inputs.records import Record
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.metric import object_scores
 from real_bench.scoring.older import upgrade
@@ -47,11 +48,7 @@ Hash = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]
 """A sha256; empty if there is nothing to hash."""
 
 
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Learned(_Record):
+class Learned(Record):
     """The origin of what a controller had learned before its test.
 
     Attributes:
@@ -63,7 +60,7 @@ class Learned(_Record):
     settings: dict[str, Any]
 
 
-class Setting(_Record):
+class Setting(Record):
     """What was tested, and with what: everything that decides the scores.
 
     Attributes:
@@ -117,7 +114,7 @@ class Setting(_Record):
         return len(self.goal_numbers) if self.n_goals is None else self.n_goals
 
 
-class TrialResult(_Record):
+class TrialResult(Record):
     """One trial.
 
     Attributes:
@@ -158,7 +155,7 @@ class TrialResult(_Record):
         return float(object_scores(self.distances).sum())
 
 
-class Result(_Record):
+class Result(Record):
     """An extrinsic phase, finished or not: what was tested, and what happened.
 
     Everything derived from these is computed on demand.

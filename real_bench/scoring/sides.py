@@ -9,7 +9,7 @@ from real_bench.physics import mixture, physics_of
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.one_test import mixed_sources, sources_of
 from real_bench.scoring.parts import describe_part, warn_of_few
-from real_bench.scoring.repeats import ENOUGH_REPEATS
+from real_bench.scoring.repeats import ENOUGH_PLAYS
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import MIN_PLAYS
 from real_bench.settings import dotted
@@ -86,5 +86,5 @@ def _describe_plays(comparison: Comparison) -> list[str]:
             f"two may differ otherwise ({MIN_PLAYS} plays of each show how much)"
         ]
     how = "after the same plays, compared play by play" if comparison.same_plays else "not paired"
-    few = f"; fewer than {ENOUGH_REPEATS} plays: too few to compare" * (fewest < ENOUGH_REPEATS)
+    few = f"; fewer than {ENOUGH_PLAYS} plays: too few to compare" * (fewest < ENOUGH_PLAYS)
     return [f"A and B are {how}{few}"]

@@ -184,7 +184,7 @@ def mean_interval(
 
 
 def standard_error(values: ArrayLike) -> float | None:
-    """The standard error of the mean over repeats, as the paper gives it; None for one repeat.
+    """The standard error of the mean over plays, as the paper gives it; None for one play.
 
     Args:
         values: (n_repeats, n_goals).

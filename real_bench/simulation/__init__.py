@@ -25,13 +25,9 @@ if not TYPE_CHECKING:  # or checkers would take any name for one of these
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
-            "DEFAULT_SCENE": "real_bench.simulation.scene",
-            "HOME": "real_bench.simulation.posture",
-            "STEP_S": "real_bench.simulation.simulation",
-            "Image": "real_bench.simulation.camera",
-            "Scene": "real_bench.simulation.scene",
-            "Segment": "real_bench.simulation.simulation",
-            "Simulation": "real_bench.simulation.simulation",
-            "load_scene": "real_bench.simulation.scene",
+            "camera": ("Image",),
+            "posture": ("HOME",),
+            "scene": ("DEFAULT_SCENE", "Scene", "load_scene"),
+            "simulation": ("STEP_S", "Segment", "Simulation"),
         },
     )

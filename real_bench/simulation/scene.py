@@ -12,9 +12,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from real_bench.errors import SceneError, faults
+from real_bench.inputs.records import Record
 from real_bench.inputs.spelling import Sha256, spelled
 from real_bench.inputs.whole import whole
 from real_bench.inputs.yaml_files import read_mapping
@@ -38,13 +39,7 @@ Wheel = Annotated[
 ]
 
 
-class _Record(BaseModel):
-    """A frozen record that refuses fields it does not know."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Assets(_Record):
+class Assets(Record):
     """Where the files of a scene are: beside the manifest, or installed from a wheel.
 
     Attributes:
@@ -65,7 +60,7 @@ class Assets(_Record):
         return self
 
 
-class Robot(_Record):
+class Robot(Record):
     """The arm and gripper; joints and links by their names in the URDF.
 
     Attributes:
@@ -87,7 +82,7 @@ class Robot(_Record):
     touch_links: tuple[str, str, str, str]
 
 
-class Body(_Record):
+class Body(Record):
     """A body and the pose in which it starts (metres, Euler angles in radians).
 
     Attributes:
@@ -103,7 +98,7 @@ class Body(_Record):
     euler: Vector3 = (0.0, 0.0, 0.0)
 
 
-class Table(_Record):
+class Table(Record):
     """The table that carries the objects.
 
     Attributes:
@@ -115,7 +110,7 @@ class Table(_Record):
     position: Vector3
 
 
-class Camera(_Record):
+class Camera(Record):
     """The fixed camera.
 
     Attributes:
@@ -143,7 +138,7 @@ class Camera(_Record):
         return self
 
 
-class FallenRegion(_Record):
+class FallenRegion(Record):
     """Where an object counts as fallen: below a height and, if given, beyond an x.
 
     Attributes:
@@ -155,7 +150,7 @@ class FallenRegion(_Record):
     x_above: float = -math.inf
 
 
-class Limits(_Record):
+class Limits(Record):
     """Limits of commands.
 
     Attributes:
@@ -196,7 +191,7 @@ class Limits(_Record):
         return self
 
 
-class GoalRegion(_Record):
+class GoalRegion(Record):
     """Where goals are drawn from, and from which height objects drop.
 
     Attributes:
@@ -223,7 +218,7 @@ class GoalRegion(_Record):
         return self
 
 
-class Manifest(_Record):
+class Manifest(Record):
     """What a scene's YAML file says.
 
     Attributes:

@@ -115,7 +115,7 @@ def draw_trials(trials: Sequence[TrialResult], n: int, *, in_order: bool) -> lis
 def check_play(bundle: Bundle, scene: str | None, limits: Limits) -> PartOutcome:
     """Whether the submission plays as recorded, and hands over the same state.
 
-    If it does neither, it plays once more; if that differs, too, nothing can be concluded.
+    If either differs, it plays once more; if that differs, too, nothing can be concluded.
 
     Returns:
         A verdict, and why.
