@@ -171,6 +171,7 @@ def run_extrinsic(
         RealBenchError: something is wrong, before or while it runs; finished trials are kept.
         Interrupted: by Ctrl-C; ``resume`` continues.
     """
+    from real_bench.files import defaults
     from real_bench.lengths import TRIAL_STEPS
     from real_bench.phases.extrinsic import ExtrinsicPhase
     from real_bench.phases.plans import plan_test
@@ -188,7 +189,7 @@ def run_extrinsic(
         scene=None if scene is None else str(_as_path(scene, "scene")),
         seed=seed,
         settings=settings,
-        backend=_backend(isolate, [result, path, goals_file]),
+        backend=_backend(isolate, [result, path, defaults.existing_run(), goals_file]),
         trial_steps=TRIAL_STEPS if trial_steps is None else trial_steps,
         wanted=learned,
     )

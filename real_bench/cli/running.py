@@ -75,8 +75,7 @@ def run_test(
     from real_bench.progress.phases import run_trials
     from real_bench.settings import read_settings
 
-    default = defaults.RUN if defaults.RUN.exists() else None
-    files = [run, default, goals, video, pictures, explain]
+    files = [run, defaults.existing_run(), goals, video, pictures, explain]
     written = [path for path in (out, *files, *secrets) if path is not None]
     plan = plan_test(
         run=run,

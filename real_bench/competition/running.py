@@ -26,7 +26,7 @@ from real_bench.errors import GoalSetError, ResultError
 from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_message, state_of
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
-from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
+from real_bench.experiments.scheduler import Failure, OnProgress, job_scheduler
 from real_bench.files.locks import write_lock
 from real_bench.files.outputs import check_folder, file_sha256
 from real_bench.goal_sets import GoalSet, load_goal_set
@@ -163,13 +163,13 @@ class RoundRun:
                     continue
                 state = self._state_of_test(play, scoring)
                 wrong += self._misfits(entry, scoring, state)
-                if state.reached == "done" and not state.mismatches:
+                if state.is_done:
                     continue
                 scorings.append(scoring)
                 if play is not None:
                     played = state_of(play)
                     wrong += self._misfits(entry, play, played)
-                    if played.reached != "done" or played.mismatches:
+                    if not played.is_done:
                         plays.append(play)
         if wrong and not overwrite:
             raise mismatch_error(wrong)
@@ -199,8 +199,8 @@ class RoundRun:
             if failure.kind in STATUS_OF:
                 self._keep(entry_of[job.name], job, failure)
 
-        workplace = Workplace(self.folder, self.n_at_once, self.scheduler)
-        failures = workplace.do(work, update, keep)
+        scheduler = job_scheduler(self.folder, self.n_at_once, self.scheduler)
+        failures = scheduler.do(work, update, keep)
         blamed = {name for name, failure in failures.items() if failure.kind in STATUS_OF}
         waited = {job.name for job in work.scorings if job.play in blamed}
         return {name: each for name, each in failures.items() if name not in blamed | waited}
@@ -219,7 +219,7 @@ class RoundRun:
     def _outcome(self, entry: Entry) -> dict[str, Any]:
         """What the tests of a submission change of its standing, if none of its jobs failed."""
         states = [self._state_of_test(*pair) for pair in self.jobs(entry)]
-        done = all(state.reached == "done" and not state.mismatches for state in states)
+        done = all(state.is_done for state in states)
         tests = [state.result for state in states if state.result and not state.mismatches]
         seconds = sum(sum(test.seconds.values()) for test in tests)
         if not done:
@@ -331,7 +331,7 @@ class RoundRun:
         """What in a job's file is not of this round, in a line, if anything."""
         if not state.mismatches:
             return []
-        return [f"{entry.version}/{mismatch_message(job, state.mismatches)}"]
+        return [f"{entry.version}/{mismatch_message(job.out, state.mismatches)}"]
 
     def _save_facts(self, entries: Sequence[Entry]) -> None:
         known = RoundFacts.load(self.folder)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from real_bench.errors import ExperimentError, SceneError
-from real_bench.experiments.job_state import file_mismatch_message, mismatch_error
+from real_bench.experiments.job_state import mismatch_error, mismatch_message
 from real_bench.experiments.spec import DrawnGoals, Spec
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class GoalFiles:
             ExperimentError: they are not.
         """
         wrong = [
-            file_mismatch_message(file.path, file.mismatches)
+            mismatch_message(file.path, file.mismatches)
             for file in self._files.values()
             if file.mismatches
         ]

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from real_bench.conditions import Condition
 from real_bench.controller_code.source import (
@@ -35,39 +35,38 @@ class JobState:
     """The state of a job.
 
     Attributes:
-        reached: whether its file is there and complete.
+        ended: whether its file is there and complete.
         mismatches: what in the file does not fit the job.
         result: what a test's file holds.
     """
 
-    reached: Literal["missing", "unfinished", "done"]
+    ended: bool
     mismatches: tuple[str, ...] = ()
     result: Result | None = None
+
+    @property
+    def is_done(self) -> bool:
+        """Whether there is nothing left to do."""
+        return self.ended and not self.mismatches
 
 
 def state_of(job: Job) -> JobState:
     """The state of a job; reads its file. One that cannot be read does not fit."""
     if not job.out.exists():
-        return JobState("missing")
+        return JobState(ended=False)
     try:
         return _state_of_play(job) if isinstance(job, PlayJob) else _state_of_test(job)
     except (RecordingError, ResultError) as error:
-        return JobState("unfinished", (str(error),))
+        return JobState(ended=False, mismatches=(str(error),))
 
 
 def _state_of_test(job: ScoringJob) -> JobState:
     result = load_result(job.out)
     mismatches = tuple(_mismatches(job, result))
-    done = len(result.trials) == job.n_goals
-    return JobState("done" if done else "unfinished", mismatches, result)
+    return JobState(len(result.trials) == job.n_goals, mismatches, result)
 
 
-def mismatch_message(job: Job, reasons: Sequence[str]) -> str:
-    """The message about a file that does not fit its job."""
-    return file_mismatch_message(job.out, reasons)
-
-
-def file_mismatch_message(file: Path, reasons: Sequence[str]) -> str:
+def mismatch_message(file: Path, reasons: Sequence[str]) -> str:
     """The message about a file that does not fit its experiment."""
     return f"{file.name} does not belong here: {'; '.join(reasons)}"
 
@@ -124,7 +123,7 @@ def _state_of_play(job: PlayJob) -> JobState:
         reasons.append("no images")
     reasons += _controller_mismatches(job, header.controller, header.controller_sha256)
     reasons += _setting_mismatches(job, header.settings)
-    return JobState("done" if ended else "unfinished", tuple(reasons))
+    return JobState(ended, tuple(reasons))
 
 
 def _differences(found: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -78,7 +78,7 @@ class ExperimentPlan:
         self._spec = spec
         self._isolate, self._limits = isolate, limits or Limits()
         self._states: dict[Path, JobState] = {}
-        self._goals = GoalFiles(spec)
+        self.goals = GoalFiles(spec)
 
     def state(self, job: Job) -> JobState:
         """The state of a job when it was first asked for."""
@@ -95,9 +95,9 @@ class ExperimentPlan:
                     f"{cell.name}-seed{seed}-{goals}", cell, cell.objects, seed, ".json"
                 ),
                 trial_steps=spec.trial_steps,
-                goals=self._goals[goals, cell.objects].path,
-                n_goals=self._goals[goals, cell.objects].n_goals,
-                goals_sha256=self._goals[goals, cell.objects].sha256,
+                goals=self.goals[goals, cell.objects].path,
+                n_goals=self.goals[goals, cell.objects].n_goals,
+                goals_sha256=self.goals[goals, cell.objects].sha256,
                 run=play.out if play else None,
                 run_steps=play.steps if play else 0,
                 play=play.name if play else None,
@@ -161,21 +161,6 @@ class ExperimentPlan:
             return PendingJobs(tuple(played), (*scorings, *outdated))
         return PendingJobs(tuple(played), tuple(scorings), tuple(outdated))
 
-    def check_goals(self) -> None:
-        """Check that goals are as the experiment says; raises ExperimentError."""
-        self._goals.check()
-
-    def draw_goals(self, *, overwrite: bool = False) -> Iterator[str]:
-        """Draw missing goal sets; yields the name of each before it is drawn.
-
-        Args:
-            overwrite: replace drawn ones that do not fit the experiment.
-
-        Raises:
-            ExperimentError: some do not, and must not be overwritten.
-        """
-        return self._goals.draw(overwrite=overwrite)
-
     def _shared_fields(
         self, name: str, player: Cell | Play, objects: int, seed: int, suffix: str
     ) -> dict[str, Any]:
@@ -197,13 +182,13 @@ class ExperimentPlan:
     def _unfinished(self, jobs: Sequence[_T]) -> list[_T]:
         """What is not done yet, or must be done again."""
         states = [(job, self.state(job)) for job in jobs]
-        return [job for job, state in states if state.mismatches or state.reached != "done"]
+        return [job for job, state in states if not state.is_done]
 
     def _check_belonging(self, jobs: Sequence[Job]) -> None:
         """Raise ExperimentError for files that do not fit, all at once."""
         states = [(job, self.state(job)) for job in jobs]
         wrong = [
-            mismatch_message(job, state.mismatches) for job, state in states if state.mismatches
+            mismatch_message(job.out, state.mismatches) for job, state in states if state.mismatches
         ]
         if wrong:
             raise mismatch_error(wrong, "give the cell another name to keep both, ")

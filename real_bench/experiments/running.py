@@ -11,11 +11,11 @@ from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ExperimentError
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
-from real_bench.experiments.scheduler import Failure, OnProgress, Workplace
+from real_bench.experiments.scheduler import Failure, OnProgress, job_scheduler
 from real_bench.experiments.scores import Row, rows_of
 from real_bench.experiments.spec import Spec
 from real_bench.files.locks import write_lock
-from real_bench.files.outputs import OutputError
+from real_bench.files.outputs import check_folder
 from real_bench.goal_sets import load_goal_set
 from real_bench.sandbox.limits import Limits
 from real_bench.simulation import load_scene
@@ -54,9 +54,9 @@ class Experiment:
         self._check_controllers()
         load_scene(self.spec.scene_source)  # is it installed?
         plan = self.plan()
-        for name in plan.draw_goals(overwrite=overwrite):
+        for name in plan.goals.draw(overwrite=overwrite):
             log.info("drawing %s", name)
-        plan.check_goals()
+        plan.goals.check()
         self._check_goals()
 
     def missing(self, *, resume: bool = False, overwrite: bool = False) -> PendingJobs:
@@ -107,8 +107,8 @@ class Experiment:
         Raises:
             Interrupted: the user stopped it.
         """
-        workplace = Workplace(self.spec.results_folder, self.n_at_once, self.scheduler)
-        return workplace.do(work, update)
+        scheduler = job_scheduler(self.spec.results_folder, self.n_at_once, self.scheduler)
+        return scheduler.do(work, update)
 
     def rows(self) -> list[Row]:
         """The table from the results so far; raises ExperimentError."""
@@ -118,10 +118,7 @@ class Experiment:
     def lock_folder(self) -> Iterator[None]:
         """Lock the experiment's folder, so that no other process runs the same experiment."""
         folder = self.spec.results_folder
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(f"cannot make the folder {folder}: {error.strerror}") from error
+        check_folder(folder, make=True)
         with write_lock(folder / "table"):
             yield
 

@@ -96,12 +96,12 @@ class JobScheduler:
     """Runs the jobs of an experiment.
 
     Args:
-        workplace: where they run.
+        runner: where they run.
         n_at_once: how many jobs at once.
     """
 
-    def __init__(self, workplace: JobRunner, n_at_once: int) -> None:
-        self._workplace, self._n_at_once = workplace, n_at_once
+    def __init__(self, runner: JobRunner, n_at_once: int) -> None:
+        self._runner, self._n_at_once = runner, n_at_once
 
     def do(
         self,
@@ -118,8 +118,20 @@ class JobScheduler:
 
         Returns:
             Why jobs failed, by name, including tests whose play failed.
+
+        Raises:
+            Interrupted: the user stopped it.
         """
         queue = _JobQueue(work, on_failure)
+        try:
+            self._run(queue, update)
+        except KeyboardInterrupt as error:
+            raise Interrupted(
+                "stopped; finished jobs are kept: repeat the command to continue"
+            ) from error
+        return queue.failures
+
+    def _run(self, queue: _JobQueue, update: OnProgress) -> None:
         with ThreadPoolExecutor(self._n_at_once) as pool:
             try:
                 running: dict[Future[None], Job] = {}
@@ -131,56 +143,32 @@ class JobScheduler:
                     for future in done:
                         queue.end(running.pop(future), future.exception())
                     names = [queue.label(job) for job in running.values()]
-                    update(queue.progress(names, self._workplace.waiting_for() if names else ""))
+                    update(queue.progress(names, self._runner.waiting_for() if names else ""))
             finally:
-                self._workplace.stop()
-        return queue.failures
+                self._runner.stop()
 
     def _attempt(self, job: Job, report: OnSteps) -> None:
         for attempt in range(1, ATTEMPTS + 1):
             try:
-                return self._workplace.do(job, report)
+                return self._runner.do(job, report)
             except (JobStoppedError, WorkerLostError):
                 if attempt == ATTEMPTS:
                     raise
 
 
-@dataclass(frozen=True)
-class Workplace:
-    """Where jobs run: in processes of this machine, or on a cluster.
+def job_scheduler(folder: Path, n_at_once: int | None, address: str | None) -> JobScheduler:
+    """Runs jobs in processes of this machine, or on a cluster.
 
-    Attributes:
+    Args:
         folder: of the results; processes here have their logs in it.
         n_at_once: how many jobs at once; None: one per core, or as many as a cluster takes.
         address: of a Dask scheduler; None: processes of this machine.
     """
+    if address is None:
+        return JobScheduler(Processes(folder / "logs"), n_at_once or os.cpu_count() or 1)
+    from real_bench.experiments.cluster import AT_ONCE, Cluster
 
-    folder: Path
-    n_at_once: int | None
-    address: str | None
-
-    def do(
-        self, work: PendingJobs, update: OnProgress, on_failure: OnFailure = _ignore
-    ) -> dict[str, Failure]:
-        """Run all jobs that can run; returns why jobs failed, by name.
-
-        Raises:
-            Interrupted: the user stopped it.
-        """
-        try:
-            return self._scheduler().do(work, update, on_failure)
-        except KeyboardInterrupt as error:
-            raise Interrupted(
-                "stopped; finished jobs are kept: repeat the command to continue"
-            ) from error
-
-    def _scheduler(self) -> JobScheduler:
-        if self.address is None:
-            here = Processes(self.folder / "logs")
-            return JobScheduler(here, self.n_at_once or os.cpu_count() or 1)
-        from real_bench.experiments.cluster import AT_ONCE, Cluster
-
-        return JobScheduler(Cluster(self.address), self.n_at_once or AT_ONCE)
+    return JobScheduler(Cluster(address), n_at_once or AT_ONCE)
 
 
 class _JobQueue:

@@ -102,7 +102,7 @@ def rows_of(spec: Spec, plan: ExperimentPlan) -> list[Row]:
     Raises:
         ExperimentError: results do not fit the experiment, or one another.
     """
-    plan.check_goals()
+    plan.goals.check()
     consistency = _ConsistencyCheck()
     return [_row(spec, plan, cell, consistency) for cell in spec.cells]
 
@@ -160,8 +160,8 @@ def _finished(
     for job in jobs:
         state = plan.state(job)
         if state.mismatches:
-            raise mismatch_error([mismatch_message(job, state.mismatches)])
-        if state.result and state.reached == "done":
+            raise mismatch_error([mismatch_message(job.out, state.mismatches)])
+        if state.result and state.is_done:
             yield job, state.result
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
@@ -178,10 +178,8 @@ class ControllerCheck:
                 return
         yield Finding("tests", True, f"a goal, after {play.steps:,} steps of play")
 
-    @contextmanager
-    def _proxy(self, task: Task) -> Iterator[ControllerProxy]:
-        with closing(self.backend.proxy(self.controller, self.settings, task)) as proxy:
-            yield proxy
+    def _proxy(self, task: Task) -> closing[ControllerProxy]:
+        return closing(self.backend.proxy(self.controller, self.settings, task))
 
 
 def _beyond(action: Action, task: Task) -> str:

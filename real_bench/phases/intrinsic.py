@@ -284,7 +284,8 @@ class _Play:
                 self._checkpoint()
                 recorder.write()
                 with self._learning():
-                    self._proxy.use_experience(Experience(self._out, self._task.condition))
+                    experience = Experience(self._out, self._task.condition)
+                    self._proxy.call("use_experience", experience)
                 recorder.add_logged(self._proxy.take_logged())
                 recorder.keep_files(self._proxy.get_files())
                 self._checkpoint(ended=True)

@@ -38,7 +38,7 @@ from real_bench.logbook import Entry, take_entries
 from real_bench.observation import Observation, missing_key
 from real_bench.phases.official import OfficialActions, official_observation, official_space
 from real_bench.phases.proxy import NO_FILES, ControllerContext, Identity, fault
-from real_bench.recording import ControllerState, Experience
+from real_bench.recording import ControllerState
 from real_bench.settings import check_settings, merged, settings_in_full
 
 OFFICIAL_HOOKS = frozenset(
@@ -240,10 +240,6 @@ class LocalProxy:
         if not state:
             return
         self.call("set_state", state)
-
-    def use_experience(self, experience: Experience) -> None:
-        """Give it the triplets of the intrinsic phase."""
-        self.call("use_experience", experience)
 
     def explain(self) -> Explanation | None:
         """Why it chose its last action, if it says so."""

@@ -16,7 +16,7 @@ from real_bench.errors import ControllerFailedError
 from real_bench.explanation import Explanation
 from real_bench.logbook import Entry
 from real_bench.observation import Observation
-from real_bench.recording import ControllerState, Experience
+from real_bench.recording import ControllerState
 from real_bench.task import Task
 
 NO_FILES: Mapping[str, bytes] = MappingProxyType({})
@@ -101,9 +101,6 @@ class ControllerProxy(Protocol):
 
     def set_state(self, state: ControllerState) -> None:
         """Go on from a state; an empty one is none."""
-
-    def use_experience(self, experience: Experience) -> None:
-        """Give it the triplets of the intrinsic phase."""
 
     def get_files(self) -> dict[str, bytes]:
         """What it has written into a working directory of its own, by name."""

@@ -151,7 +151,8 @@ class TrialMaker:
         self._proxy = self._prepare_proxy(given) if proxy is None else proxy
         with close_on_error(self._proxy), activity(LEARNING):
             if plan.run is not None:
-                self._proxy.use_experience(Experience(plan.run, plan.condition, plan.run_steps))
+                experience = Experience(plan.run, plan.condition, plan.run_steps)
+                self._proxy.call("use_experience", experience)
             self._proxy.call("start_extrinsic_phase")
         # whether one controller meets goal after goal
         self.in_order = self._proxy.identity.learns_across_trials

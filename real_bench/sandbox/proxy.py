@@ -114,10 +114,6 @@ class SandboxProxy:
         """Go on from a state; an empty one is none."""
         self._ask("set_state", *strip_state(state))
 
-    def use_experience(self, experience: Experience) -> None:
-        """Give it the triplets of the intrinsic phase."""
-        self.call("use_experience", experience)
-
     def get_files(self) -> dict[str, bytes]:
         """What it has written into its working directory, by name."""
         match self.client.ask("get_files", size=STATE):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,10 +38,6 @@ class Difference:
             return self.what
         return f"{self.what} differs by {self.by:.3g}{' ' if self.unit else ''}{self.unit}"
 
-    def to_json(self) -> dict[str, Any]:
-        """Its fields."""
-        return asdict(self)
-
 
 def numbers_differ(
     what: str, recorded: ArrayLike, replayed: ArrayLike, unit: str = "", *, within: float = 0.0
@@ -76,4 +71,4 @@ def poses_differ(
 def attribute_to_physics(differences: Iterator[Difference]) -> Iterator[Difference]:
     """The same differences, marked as possibly due to different physics."""
     for difference in differences:
-        yield Difference(difference.what, difference.by, difference.unit, of_physics=True)
+        yield replace(difference, of_physics=True)

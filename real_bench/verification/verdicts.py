@@ -30,11 +30,6 @@ class TrialCheck:
         reasons = "; ".join(map(str, self.differences))
         return f"goal {self.goal:3d}  {self.challenge:4}  {reasons or 'ok'}"
 
-    def to_json(self) -> dict[str, Any]:
-        """Its fields."""
-        differences = [difference.to_json() for difference in self.differences]
-        return {"goal": self.goal, "challenge": self.challenge, "differences": differences}
-
 
 @dataclass(frozen=True)
 class ResultVerdict:
@@ -93,8 +88,8 @@ class ResultVerdict:
             "physics": asdict(self.physics),
             "complete": self.is_complete,
             "score": self.score,
-            "trials": [check.to_json() for check in self.checks],
-            "first_difference": different[0].to_json() if different else None,
+            "trials": [asdict(check) for check in self.checks],
+            "first_difference": asdict(different[0]) if different else None,
             "faults": list(self.faults),
             "notes": list(self.notes),
         }
@@ -177,7 +172,7 @@ class RecordingVerdict:
         """The whole verdict."""
         first = {
             "where": self.where,
-            "differences": [difference.to_json() for difference in self.differences],
+            "differences": [asdict(difference) for difference in self.differences],
         }
         return {
             "file": str(self.path),

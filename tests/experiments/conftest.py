@@ -99,7 +99,7 @@ def drawn_goals(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the goals that the tiny experiment draws."""
     spec = read_spec(spec_in(tmp_path_factory.mktemp("drawn")))
     spec.results_folder.mkdir()
-    list(ExperimentPlan(spec).draw_goals())
+    list(ExperimentPlan(spec).goals.draw())
     return spec.results_folder
 
 

@@ -7,6 +7,7 @@ from unittest.mock import ANY
 
 import pytest
 
+from real_bench.errors import Interrupted
 from real_bench.experiments import Spec
 from real_bench.experiments.jobs import Job, OnSteps
 from real_bench.experiments.plan import ExperimentPlan, PendingJobs
@@ -115,7 +116,7 @@ def test_an_interrupt_stops_everything(work: PendingJobs) -> None:
     def interrupt(progress: ExperimentProgress) -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(Interrupted, match="finished jobs are kept"):
         JobScheduler(place, 1).do(work, interrupt)
     assert place.stopped
 

@@ -118,7 +118,7 @@ def test_result_with_other_settings_is_refused(write_spec: WriteSpec, builtin_sc
     cell = {"controller": "real_d", "condition": "OM", "settings": {"planner": {"depth": 4}}}
     spec = read_spec(write_spec(cells=[cell]))
     spec.results_folder.mkdir()
-    list(ExperimentPlan(spec).draw_goals())
+    list(ExperimentPlan(spec).goals.draw())
     keep(spec, settings={"planner": {"depth": 4, "more": 1}})
     assert rows_of(spec, ExperimentPlan(spec))[0].seeds == (0,)
     keep(spec, settings={"planner": {"depth": 10}})
@@ -161,7 +161,7 @@ def test_result_of_a_controller_changed_since_is_refused(
     (tmp_path / "mine.py").write_text(code)
     spec = read_spec(write_spec(cells=[{"controller": "mine.py", "condition": "OM"}]))
     spec.results_folder.mkdir()
-    list(ExperimentPlan(spec).draw_goals())
+    list(ExperimentPlan(spec).goals.draw())
     sha256 = ControllerSource.of(str(tmp_path / "mine.py")).code_sha256
     keep(spec, controller="/elsewhere/mine.py", controller_sha256=sha256)
     assert rows_of(spec, ExperimentPlan(spec))[0].seeds == (0,)
@@ -228,7 +228,7 @@ def test_play_killed_at_once_counts_as_unfinished(drawn: Spec) -> None:
     header = phase._header(LocalBackend().identity("real_r", {}))
     camera = phase.scene.manifest.camera
     with Recorder.begin(job.out, header, 4, 2000, camera, overwrite=False):
-        assert state_of(job) == JobState("unfinished")
+        assert state_of(job) == JobState(ended=False)
     assert job.name in [play.name for play in ExperimentPlan(drawn).pending().plays]
 
 
