@@ -14,6 +14,7 @@ from real_bench.errors import ControllerError, faults
 from real_bench.inputs.records import Record
 from real_bench.inputs.yaml_files import parse, read_mapping
 from real_bench.text.nearest import did_you_mean
+from real_bench.text.quoting import one_line
 
 Values = dict[str, Any]
 
@@ -91,7 +92,7 @@ def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]
     except ValidationError as error:
         reason = faults(error)
     except (ValueError, TypeError) as error:  # what JSON cannot hold
-        reason = " ".join(str(error).split())
+        reason = one_line(error)
     else:
         if again == settings:
             return kept

@@ -134,6 +134,7 @@ SETTING_OPTIONS: tuple[Decorator, ...] = (
 allow_part_option: Decorator = click.option(
     "--allow-part", is_flag=True, help="Also judge a test of only part of the goals."
 )
+junit_option: Decorator = click.option("--junit", type=FILE, help="Write the checks as JUnit XML.")
 resume_option: Decorator = click.option(
     "--resume", is_flag=True, help="Continue where the output file ends, if it exists."
 )

@@ -1,4 +1,4 @@
-"""No command writes over a file that it reads."""
+"""No command writes over a file that it reads; outputs that several commands have."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 import click
 
 from real_bench.files import defaults
-from real_bench.files.outputs import real_path
+from real_bench.files.kinds import JUNIT
+from real_bench.files.outputs import Output, real_path
 from real_bench.text.naming import CONTROLLER_FILE
 
 OUTPUTS = ("out", "junit", "markdown")
@@ -24,6 +25,14 @@ WITHOUT_OUT = {"score": "files"}
 
 RESULTS = ("files", "baseline")
 """Arguments and options that name results: a file, a folder or a pattern."""
+
+
+def junit_output(context: click.Context, path: Path | None, *, overwrite: bool) -> Output | None:
+    """The JUnit XML that was asked for, checked now and closed with the command."""
+    if path is None:
+        return None
+    output = Output(path, overwrite=overwrite, kind=JUNIT, option="--junit")
+    return context.with_resource(output)
 
 
 def with_inputs_kept(command: click.Command) -> click.Command:

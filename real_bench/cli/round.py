@@ -12,6 +12,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup, progress_wanted
+from real_bench.cli.outputs import junit_output
 from real_bench.cli.printing import print_tables, say
 
 if TYPE_CHECKING:
@@ -80,15 +81,9 @@ def run(
     from real_bench.competition.spec import read_competition
     from real_bench.competition.standing import WAITING
     from real_bench.errors import in_short
-    from real_bench.files.kinds import JUNIT
-    from real_bench.files.outputs import Output
     from real_bench.progress.jobs import run_jobs
 
-    cases = None
-    if junit is not None:
-        cases = context.with_resource(
-            Output(junit, overwrite=overwrite, kind=JUNIT, option="--junit")
-        )
+    cases = junit_output(context, junit, overwrite=overwrite)
     competition = read_competition(spec)
     if name is not None and name not in competition.rounds:
         known = ", ".join(competition.rounds)

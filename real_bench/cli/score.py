@@ -13,6 +13,7 @@ import click
 from click.core import ParameterSource
 
 from real_bench.cli import options, running
+from real_bench.cli.outputs import junit_output
 from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
 from real_bench.files import defaults
@@ -54,7 +55,7 @@ OF_BOTH = (
     help="Results on the same goals; these must not be worse beyond chance.",
 )
 @click.option("--markdown", type=options.FILE, help="Append a summary to this file.")
-@click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
+@options.junit_option
 @options.allow_part_option
 @options.setting_options
 @options.testing_options
@@ -88,7 +89,6 @@ def score(
     plays of each, else over goals, after these plays. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
-    from real_bench.files.kinds import JUNIT
     from real_bench.files.outputs import Output
     from real_bench.scoring import verdict as verdicts
     from real_bench.scoring.named import read_results
@@ -101,11 +101,8 @@ def score(
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or --controller or --run to test")
     verdicts.check_minimum(minimum)
-    page_file = cases_file = None
-    if junit is not None:
-        cases_file = context.with_resource(
-            Output(junit, overwrite=overwrite, kind=JUNIT, option="--junit")
-        )
+    page_file = None
+    cases_file = junit_output(context, junit, overwrite=overwrite)
     if markdown is not None:
         page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
     other = None if baseline is None else read_results(baseline)

@@ -14,6 +14,7 @@ import click
 
 from real_bench.cli import options
 from real_bench.cli.common import HelpfulGroup
+from real_bench.cli.outputs import junit_output
 from real_bench.cli.printing import say, warnings_only
 from real_bench.text.counting import counted
 
@@ -68,7 +69,7 @@ def init(folder: Path, name: str | None, author: str, condition: str) -> None:
     help="Of the round that it is made for: after its own play it must hand over what it learned.",
 )
 @options.limit_options
-@click.option("--junit", type=options.FILE, help="Write the checks as JUnit XML.")
+@options.junit_option
 @options.overwrite_option
 @options.json_option
 @click.pass_context
@@ -90,19 +91,13 @@ def check(
     from real_bench.competition.checking import SubmissionCheck
     from real_bench.controller_code.packing import open_submission
     from real_bench.errors import SubmissionError
-    from real_bench.files.kinds import JUNIT
     from real_bench.files.locks import temporary_folder
-    from real_bench.files.outputs import Output
     from real_bench.phases.checking import Finding
     from real_bench.sandbox import Limits
 
     if not place.exists():
         raise click.UsageError(f"submission not found: {place}")
-    cases = None
-    if junit is not None:
-        cases = context.with_resource(
-            Output(junit, overwrite=overwrite, kind=JUNIT, option="--junit")
-        )
+    cases = junit_output(context, junit, overwrite=overwrite)
     began = time.monotonic()
     options.print_isolation()
     with temporary_folder("realbench-submission-") as folder:

@@ -25,7 +25,6 @@ from real_bench.inputs.yaml_files import as_yaml
 from real_bench.simulation.scene import shipped_scenes
 from real_bench.text.counting import counted
 
-IMAGE = "realbench:platform"
 STEPS_A_SECOND, SPARE_S = 500, 600
 """How slow a platform's machine may simulate, and what else takes time."""
 ROUND_FILE, GOALS_FILE = "round.yaml", "goals.npy"
@@ -75,7 +74,7 @@ def class_key(name: str) -> str:
     return f"score_{name.replace('.', '_')}"
 
 
-def write_bundle(competition: Competition, out: Path, image: str = IMAGE) -> list[str]:
+def write_bundle(competition: Competition, out: Path, image: str) -> list[str]:
     """Write the bundle; returns the names of its files.
 
     Raises:

@@ -22,6 +22,7 @@ from real_bench.controller_code.submission_faults import as_submission_error
 from real_bench.errors import ControllerError, ExperimentError, SubmissionError
 from real_bench.files.locks import temporary_folder, write_lock
 from real_bench.files.outputs import check_folder, file_sha256
+from real_bench.text.quoting import encodable
 
 MAX_KEY_LENGTH = 80
 
@@ -108,11 +109,6 @@ def _short_hash(name: str) -> str:
     return hashlib.sha256(os.fsencode(name)).hexdigest()[:16]
 
 
-def _text(text: str) -> str:
-    """A text in which what is not UTF-8 is a question mark."""
-    return text.encode(errors="replace").decode()
-
-
 def _entry(place: Path, key: str, frozen: Path, condition: str) -> Entry:
     """A submission as it is taken in; refused, whatever is wrong with it."""
     if fault := _fault(place):
@@ -152,12 +148,12 @@ def _frozen(place: Path, key: str, unpacked: Path, frozen: Path) -> Entry:
 def _refused(place: Path, key: str, detail: str) -> Entry:
     return Entry(
         Standing(
-            name=_text(_name(place)),
+            name=encodable(_name(place)),
             authors=(),
             description="",
             sha256=_bytes_sha256(place),
             status=REFUSED,
-            detail=_text(detail),
+            detail=encodable(detail),
             key=key,
             date=_date(place),
         ),
@@ -197,7 +193,7 @@ def _with_packages(entry: Entry, condition: str) -> Entry:
                 raise SubmissionError(f"it is made for {made_for}, but the round is {condition}")
             packages_of(submission)
     except (ControllerError, UnreachableError) as error:
-        detail = _text(str(error).replace(f"{entry.folder}/", ""))
+        detail = encodable(str(error).replace(f"{entry.folder}/", ""))
         status = REFUSED if isinstance(error, ControllerError) else WAITING
         return Entry(entry.standing.model_copy(update={"status": status, "detail": detail}), None)
     return entry

@@ -16,6 +16,7 @@ from real_bench.competition.codabench import (
     VERIFIED,
     class_key,
 )
+from real_bench.competition.ranking import ZERO
 from real_bench.competition.round_file import RoundFacts, load_round
 from real_bench.competition.running import RoundRun
 from real_bench.competition.spec import read_competition
@@ -81,7 +82,7 @@ def score(inputs: Path, output: Path) -> None:
     output.mkdir(parents=True, exist_ok=True)
     if standing.status != SCORED:
         message = f"{standing.status}: {facts.shown(standing).detail}"
-        if facts.failure != "zero" or standing.status == WAITING:
+        if facts.failure != ZERO or standing.status == WAITING:
             sys.exit(message)
         print(message)
         classes = map(class_key, set(load_goal_set(goals).classes))

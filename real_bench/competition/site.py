@@ -49,7 +49,7 @@ class Page:
 
 
 def write_site(
-    boards: Sequence[Leaderboard], folder: Path, *, films: bool = False, overwrite: bool = False
+    boards: Sequence[Leaderboard], folder: Path, *, films: bool, overwrite: bool
 ) -> list[str]:
     """Write the site; returns remarks for the user.
 

@@ -6,6 +6,7 @@ import traceback
 from pathlib import Path
 
 from real_bench.errors import RealBenchError
+from real_bench.text.quoting import one_line
 
 OURS = Path(__file__).parents[1]
 
@@ -27,7 +28,7 @@ def blame(error: BaseException, place: Path | None = None) -> str:
     if not own and not (place and all(_is_in(frame.filename, OURS) for frame in frames)):
         own = list(frames)  # otherwise it could not even be called
     where = f"{_line(own[-1])}: " if own else f"{place}: " if place else ""
-    text = " ".join(str(error).split())
+    text = one_line(error)
     sentence = f"{where}{type(error).__name__}{': ' if text else ''}{text}"
     if own and frames[-1] is not own[-1] and not _is_in(frames[-1].filename, OURS):
         return f"{sentence} (raised at {_line(frames[-1])})"

@@ -14,6 +14,7 @@ from real_bench.experiments.process import JobFailedError, Processes, WorkerLost
 from real_bench.extras import extra
 from real_bench.files.locks import temporary_folder
 from real_bench.files.outputs import write_atomically
+from real_bench.text.quoting import one_line
 
 SECONDS_TO_CONNECT = 10
 SECONDS_WITHOUT_WORKERS = 600
@@ -101,7 +102,7 @@ class Cluster:
         except (KilledWorker, CancelledError) as error:
             raise WorkerLostError(f"{job.name}: its worker died ({error})") from error
         except Exception as error:  # no room, another realbench or none: only this job's affair
-            kind, why = type(error).__name__, " ".join(str(error).split())
+            kind, why = type(error).__name__, one_line(error)
             text = f"{job.name}: its worker cannot do it ({kind}: {why})"
             raise JobFailedError(text, kind) from error
         return content

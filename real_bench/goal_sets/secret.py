@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from real_bench.errors import GoalSetError, faults
 from real_bench.fields import Seed
-from real_bench.goal_sets.generator import OFFICIAL_COUNTS, generate_goal_set
+from real_bench.goal_sets.generator import generate_goal_set
 from real_bench.goal_sets.goal import SECRET, UNKNOWN_SEED, GoalSet
 from real_bench.inputs.records import Record
 from real_bench.inputs.spelling import Sha256
@@ -60,7 +60,7 @@ class Opening(Record):
 def draw_secret_goals(
     scene: Scene,
     n_objects: int,
-    counts: Mapping[str, int] = OFFICIAL_COUNTS,
+    counts: Mapping[str, int],
     progress: Callable[[int, int], None] = lambda n_done, n_goals: None,
 ) -> tuple[GoalSet, Opening]:
     """Draw goals from an unguessable seed; returns them without it, and their opening."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import ActionError
+from real_bench.text.quoting import one_line
 
 MAX_MAGNITUDE = 1e6
 """No sensible command has more metres or radians."""
@@ -46,7 +47,7 @@ def _hint(value: object) -> str:
 def short(value: object) -> str:
     """A short description of a value, for messages."""
     try:
-        text = " ".join(f"{type(value).__name__} {value!r}".split())
+        text = one_line(f"{type(value).__name__} {value!r}")
     except Exception:  # a stranger's object may raise anything
         return type(value).__name__
     return text if len(text) < 80 else text[:77] + "..."

@@ -15,6 +15,7 @@ from typing import Any, ClassVar
 import yaml
 
 from real_bench.errors import RealBenchError
+from real_bench.text.quoting import encodable, one_line
 
 MAX_CHARACTERS = 50_000
 
@@ -98,8 +99,7 @@ def as_yaml(value: Any, indent: int | None = None) -> str:
 
     Nothing is escaped that need not be: YAML does not join the two halves of an escaped emoji.
     """
-    text = json.dumps(value, indent=indent, ensure_ascii=False)
-    return text.encode(errors="replace").decode()
+    return encodable(json.dumps(value, indent=indent, ensure_ascii=False))
 
 
 def read_mapping(file: Path, what: str, fault: type[RealBenchError]) -> dict[str, Any]:
@@ -132,6 +132,6 @@ def parse(text: str, source: str, fault: type[RealBenchError]) -> Any:
     try:
         return yaml.load(text, _Loader)
     except (yaml.YAMLError, ValueError, AttributeError, LookupError, RecursionError) as error:
-        reason = " ".join(str(error).replace('in "<unicode string>", ', "in ").split())
+        reason = one_line(str(error).replace('in "<unicode string>", ', "in "))
         reason = reason or type(error).__name__
         raise fault(f"{source}: {reason}") from error

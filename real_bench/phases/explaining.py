@@ -110,12 +110,8 @@ class Explainer:
             text = json.dumps(record, indent=1, allow_nan=False)
         except (TypeError, ValueError) as error:
             raise RealBenchError(f"an explanation cannot be written as JSON: {error}") from error
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            write_atomically(folder / f"{name}.json", (text + "\n").encode())
-            self._draw(folder / f"{name}.png", name)
-        except OSError as error:
-            raise RealBenchError(f"cannot write into {folder}: {error.strerror}") from error
+        write_atomically(folder / f"{name}.json", (text + "\n").encode())
+        self._draw(folder / f"{name}.png", name)
 
     def _positions(self) -> NDArray[np.float64]:
         return self._task.simulation.object_poses()[:, :3]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -161,7 +160,7 @@ def _check_learns_from_a_part(
 def _changes(header: Header, code: str, controller: str, identity: Identity) -> Iterator[str]:
     if not has_code_hash(ControllerSource.of(controller), code):
         yield "code"
-    before, now = dict(dotted(header.settings)), dict(dotted(_plain(identity.settings)))
+    before, now = dict(dotted(header.settings)), dict(dotted(identity.settings))
     changed = [
         f"{name}={before.get(name)}, now {now.get(name)}"
         for name in sorted({*before, *now})
@@ -169,8 +168,3 @@ def _changes(header: Header, code: str, controller: str, identity: Identity) -> 
     ]
     if changed:
         yield f"settings ({'; '.join(changed)})"
-
-
-def _plain(settings: Mapping[str, object]) -> dict[str, object]:
-    plain: dict[str, object] = json.loads(json.dumps(dict(settings)))
-    return plain

@@ -41,6 +41,7 @@ from real_bench.scoring.metric import distances
 from real_bench.scoring.result import TrialResult
 from real_bench.simulation.scene import Scene
 from real_bench.task import Task
+from real_bench.text.naming import trial_name
 
 
 @dataclass(frozen=True)
@@ -192,7 +193,7 @@ class TrialMaker:
         task.begin(goal)
         start = task.simulation.image().retina if plan.pictures else None
         proxy.seed(derived_seed(plan.seed, number))
-        film = plan.videos / f"trial-{number:02d}.mp4" if plan.videos else None
+        film = plan.videos / f"{trial_name(number)}.mp4" if plan.videos else None
         with film_trial(task, goal, film, number):
             proxy.call("start_extrinsic_trial")
             explainer = Explainer(task, goal) if plan.explanations else None
@@ -204,7 +205,7 @@ class TrialMaker:
             proxy.close()
         result = trial_result(number, goal, task.simulation.object_poses(), Commands.of(actions))
         if plan.explanations and explainer:
-            explainer.save(plan.explanations, f"trial-{number:02d}")
+            explainer.save(plan.explanations, trial_name(number))
         if plan.pictures is not None and start is not None:
             self._draw(plan.pictures, result, goal, start)
         return result
@@ -225,7 +226,7 @@ class TrialMaker:
         title = f"goal {result.goal} ({goal.challenge}): score {result.score:.3f}"
         stream = io.BytesIO()
         trial_strip(start, goal.retina, end, title).save(stream, "png")
-        write_atomically(folder / f"trial-{result.goal:02d}.png", stream.getvalue())
+        write_atomically(folder / f"{trial_name(result.goal)}.png", stream.getvalue())
 
 
 def trial_result(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import h5py
-import hdf5plugin  # noqa: F401  registers the compression of the images
 import numpy as np
 from numpy.typing import NDArray
 

@@ -43,6 +43,7 @@ from real_bench.recording.validation import (
     check_sizes,
 )
 from real_bench.text.counting import counted
+from real_bench.text.quoting import one_line
 
 if TYPE_CHECKING:
     from real_bench.recording.torch_dataset import TripletDataset
@@ -433,7 +434,7 @@ class Recording:
         except IsADirectoryError as error:
             raise RecordingError(f"{self.path} is a folder, not a recording") from error
         except (OSError, LookupError, ValueError, RuntimeError, TypeError, MemoryError) as error:
-            reason = " ".join(str(error).split())
+            reason = one_line(error)
             raise RecordingError(
                 f"{self.path} cannot be read: damaged, or not a recording ({reason})"
             ) from error

@@ -29,6 +29,7 @@ from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import LOGGED, Batch, create, create_table
 from real_bench.recording.state import ControllerState, save_state
 from real_bench.simulation.scene import Camera
+from real_bench.text.quoting import one_line
 
 FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
 """HDF5 tracks freed space, so that rewritten chunks leave no holes."""
@@ -223,7 +224,7 @@ class AppendOnlyFile:
             yield
         except (OSError, RuntimeError) as error:
             self._discard_copies()
-            reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+            reason = getattr(error, "strerror", None) or one_line(error)
             kept = "earlier rows are safe (fix the cause, then use --resume)"
             if self._is_empty:
                 kept = "nothing was recorded"

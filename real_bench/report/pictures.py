@@ -14,6 +14,7 @@ from real_bench.errors import RealBenchError
 from real_bench.goal_sets.picture import Box, thumbnail
 from real_bench.scoring.result import Result
 from real_bench.simulation import Image, Scene, Simulation
+from real_bench.text.naming import trial_name
 
 QUALITY = 80
 
@@ -45,7 +46,7 @@ def films(folder: Path | None, goals: Sequence[int]) -> list[str | None]:
     """The film of each trial, if there is one; raises RealBenchError if there is none at all."""
     if folder is None:
         return [None] * len(goals)
-    paths = [folder / f"trial-{goal:02d}.mp4" for goal in goals]
+    paths = [folder / f"{trial_name(goal)}.mp4" for goal in goals]
     if not any(path.exists() for path in paths):
         raise RealBenchError(
             f"{folder} holds no film of these trials (trial-00.mp4 ...): make them with "

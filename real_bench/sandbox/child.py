@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -193,6 +193,5 @@ def serve(descriptor: int) -> None:
     """Serve on an inherited socket until the parent is done."""
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
     channel = Channel(socket.socket(fileno=descriptor), SpinWait())
-    serve_requests: Callable[[], None] = RpcServer(channel).serve
     with suppress(ChannelClosed):
-        serve_requests()
+        RpcServer(channel).serve()

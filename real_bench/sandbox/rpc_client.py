@@ -20,7 +20,7 @@ from real_bench.sandbox.messages import MessageError, Size, check_plain
 from real_bench.sandbox.process import Process
 from real_bench.sandbox.support import SandboxSupport
 from real_bench.sandbox.visible_files import VisibleFiles
-from real_bench.text.quoting import printable
+from real_bench.text.quoting import one_line, printable
 
 ANSWER = Size(structure=1 << 16, numbers=1 << 24)
 EXPLANATION = Size(structure=1 << 20, numbers=1 << 24)
@@ -140,7 +140,7 @@ class RpcClient:
                 case ["sense", str(key)] if key in observation:
                     channel.send(observation[key], deadline)
                 case ["fault", str(kind), str(text), str(trace)]:
-                    fault = " ".join(printable(text[:MAX_FAULT_CHARACTERS]).split())
+                    fault = one_line(printable(text[:MAX_FAULT_CHARACTERS]))
                     raise fault_of_kind(kind, fault) from _ChildTraceback(
                         trace[-MAX_TRACEBACK_CHARACTERS:]
                     )

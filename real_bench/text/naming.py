@@ -43,3 +43,8 @@ def without_folder(spec: str) -> tuple[str, str]:
         return Path(found["file"]).name, found["name"] or ""
     place, colon, name = spec.rpartition(":")
     return (Path(place).name, name) if colon else (spec, "")
+
+
+def trial_name(goal: int) -> str:
+    """What the files of a trial are called, without suffix."""
+    return f"trial-{goal:02d}"

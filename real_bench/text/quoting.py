@@ -33,7 +33,17 @@ def printable(text: str) -> str:
     return "".join(letter if letter.isprintable() or letter in "\n\t" else "?" for letter in text)
 
 
+def encodable(text: str) -> str:
+    """A text in which what is not UTF-8 is a question mark."""
+    return text.encode(errors="replace").decode()
+
+
+def one_line(value: object) -> str:
+    """A text, or that of an error, on one line."""
+    return " ".join(str(value).split())
+
+
 def markdown(text: str) -> str:
     """A text as one line that Markdown shows literally."""
-    line = printable(" ".join(text.split()))
+    line = printable(one_line(text))
     return _BEGINNINGS.sub(r"\1\\", _MARKS.sub(lambda mark: "\\" + mark[0], line))

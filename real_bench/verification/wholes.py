@@ -145,7 +145,7 @@ class BundleVerification:
         self._of_trials()
         self._of_recording(self.bundle.recording or Path())
 
-    def verify(self, report: OnReplay = lambda done, total: None) -> BundleVerdict:
+    def verify(self) -> BundleVerdict:
         """Check part by part; a part that cannot be read fails, if the bundle is to blame.
 
         Raises:
@@ -162,7 +162,7 @@ class BundleVerification:
             return BundleVerdict(self.bundle, sha256, None, (Part("result", FAILS, detail),))
         parts: list[Part] = []
         checks: dict[str, Callable[[], PartOutcome]] = {
-            "trials": lambda: self._check_trials(report),
+            "trials": self._check_trials,
             "recording": lambda: self._check_recording(result),
             "code": lambda: self._check_code(result),
             "settings": lambda: self._check_settings(result),
@@ -191,8 +191,8 @@ class BundleVerification:
     def _of_recording(self, recording: Path) -> RecordingVerification:
         return RecordingVerification(recording, scene=self.scene, n_steps=self.n_steps)
 
-    def _check_trials(self, report: OnReplay) -> PartOutcome:
-        verdict = self._of_trials().verify(report)
+    def _check_trials(self) -> PartOutcome:
+        verdict = self._of_trials().verify(lambda done, total: None)
         return _verdict_of(verdict.holds, verdict.is_undecided), verdict.lines()[-1]
 
     def _check_recording(self, result: Result) -> PartOutcome:
