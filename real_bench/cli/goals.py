@@ -178,7 +178,8 @@ def show(file: Path, out: Path | None, overwrite: bool) -> None:
     """Draw a picture of all goals: start and goal side by side."""
     import io
 
-    from real_bench.files.outputs import check_output, write_atomically
+    from real_bench.files.atomic import write_atomically
+    from real_bench.files.outputs import check_output
     from real_bench.goal_sets import contact_sheet, load_goal_set
 
     sheet = out or file.with_suffix(".png")
@@ -216,7 +217,8 @@ def import_command(official: Path, out: Path, scene: str, overwrite: bool) -> No
 def _generate_secret(
     scene: Scene, n_objects: int, counts: dict[str, int], out: Path, *, overwrite: bool
 ) -> None:
-    from real_bench.files.outputs import check_output, write_atomically
+    from real_bench.files.atomic import write_atomically
+    from real_bench.files.outputs import check_output
     from real_bench.goal_sets import save_goal_set
     from real_bench.goal_sets.secret import draw_secret_goals, opening_of
 

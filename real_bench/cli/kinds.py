@@ -25,8 +25,7 @@ def kind_of(file: Path) -> str:
     """
     first = b""
     if file.is_file():
-        with file.open("rb") as opened:
-            first = opened.read(kinds.FIRST_BYTES)
+        first = kinds.first_bytes(file)
         if file.suffix == _EXPERIMENT_SUFFIX:  # may be written as JSON, as a result is
             return EXPERIMENT
     for kind in _KINDS:

@@ -10,8 +10,9 @@ from typing import Any
 import click
 
 from real_bench.files import defaults
+from real_bench.files.atomic import real_path
 from real_bench.files.kinds import JUNIT
-from real_bench.files.outputs import Output, real_path
+from real_bench.files.output_streams import Output
 from real_bench.text.naming import CONTROLLER_FILE
 
 OUTPUTS = ("out", "junit", "markdown")

@@ -89,7 +89,7 @@ def score(
     plays of each, else over goals, after these plays. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
-    from real_bench.files.outputs import Output
+    from real_bench.files.output_streams import Output
     from real_bench.scoring import verdict as verdicts
     from real_bench.scoring.named import read_results
 

@@ -130,8 +130,9 @@ def pack(folder: Path, out: Path | None, overwrite: bool) -> None:
     """
     from real_bench.controller_code.packing import pack as pack_submission
     from real_bench.controller_code.source import ControllerSource
+    from real_bench.files.atomic import real_path
     from real_bench.files.kinds import ARCHIVE
-    from real_bench.files.outputs import check_output, real_path
+    from real_bench.files.outputs import check_output
 
     place = folder.resolve()
     archive = out or place.with_name(f"{place.name}.zip")

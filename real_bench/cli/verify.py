@@ -13,7 +13,7 @@ import click
 from real_bench.cli import options
 from real_bench.cli.common import progress_display
 from real_bench.cli.printing import say
-from real_bench.files.kinds import ARCHIVE, FIRST_BYTES, RECORDING
+from real_bench.files.kinds import ARCHIVE, RECORDING, first_bytes
 
 if TYPE_CHECKING:
     from real_bench.progress.display import ProgressDisplay
@@ -146,8 +146,7 @@ def _kind(file: Path) -> str:
         return "folder"
     if not file.is_file():
         return "recording" if file.suffix in (".h5", ".hdf5") else "result"
-    with file.open("rb") as opened:
-        first = opened.read(FIRST_BYTES)
+    first = first_bytes(file)
     if ARCHIVE.begins(first):
         raise click.UsageError(f"{file} is an archive: unpack it, and give the folder")
     is_recording = RECORDING.begins(first)

@@ -17,8 +17,8 @@ from real_bench.competition.spec import MOMENT, Competition, Round
 from real_bench.competition.template import make_template
 from real_bench.controller_code.packing import pack, zip_files
 from real_bench.errors import ExperimentError
+from real_bench.files.atomic import write_atomically
 from real_bench.files.locks import temporary_folder
-from real_bench.files.outputs import write_atomically
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.inputs.yaml_files import as_yaml

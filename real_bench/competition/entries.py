@@ -20,8 +20,9 @@ from real_bench.controller_code.requirements import UnreachableError, packages_o
 from real_bench.controller_code.source import ControllerSource, is_ignored
 from real_bench.controller_code.submission_faults import as_submission_error
 from real_bench.errors import ControllerError, ExperimentError, SubmissionError
+from real_bench.files.hashing import file_sha256
 from real_bench.files.locks import temporary_folder, write_lock
-from real_bench.files.outputs import check_folder, file_sha256
+from real_bench.files.outputs import check_folder
 from real_bench.text.quoting import encodable
 
 MAX_KEY_LENGTH = 80

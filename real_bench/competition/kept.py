@@ -9,7 +9,7 @@ from typing import ClassVar, TypeVar
 from pydantic import ValidationError
 
 from real_bench.errors import ExperimentError, faults
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.inputs.records import Record
 
 Kept = TypeVar("Kept", bound="KeptRecord")

@@ -11,7 +11,7 @@ from real_bench.competition.round_file import NOT_OF_THIS_ROUND, RoundFacts, res
 from real_bench.competition.standing import SCORED, UNTOLD, WAITING, Standing
 from real_bench.competition.verified import KeptVerdict, load_verified
 from real_bench.errors import ResultError
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.scoring.comparison import MetricComparison, compare
 from real_bench.scoring.one_test import check_one_test
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats

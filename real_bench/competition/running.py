@@ -27,8 +27,9 @@ from real_bench.experiments.job_state import JobState, mismatch_error, mismatch_
 from real_bench.experiments.jobs import Job, PlayJob, ScoringJob
 from real_bench.experiments.plan import PendingJobs
 from real_bench.experiments.scheduler import Failure, OnProgress, job_scheduler
+from real_bench.files.hashing import file_sha256
 from real_bench.files.locks import write_lock
-from real_bench.files.outputs import check_folder, file_sha256
+from real_bench.files.outputs import check_folder
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.goal_sets.secret import opening_of, read_opening
 from real_bench.recording import Recording

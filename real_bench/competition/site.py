@@ -18,7 +18,8 @@ from real_bench.competition.leaderboard import (
 from real_bench.competition.ranking import Row
 from real_bench.competition.round_file import RoundFacts
 from real_bench.errors import GoalSetError
-from real_bench.files.outputs import OutputError, check_folder, write_atomically
+from real_bench.files.atomic import OutputError, write_atomically
+from real_bench.files.outputs import check_folder
 from real_bench.goal_sets import GoalSet, load_goal_set
 from real_bench.report.html import packaged_text, render_html
 from real_bench.report.parts import ResultEntry, read_tested

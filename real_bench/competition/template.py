@@ -6,7 +6,8 @@ from pathlib import Path
 
 from real_bench.controller_code.manifest import MANIFEST, read_submission
 from real_bench.errors import SubmissionError
-from real_bench.files.outputs import check_folder, write_atomically
+from real_bench.files.atomic import write_atomically
+from real_bench.files.outputs import check_folder
 from real_bench.inputs.yaml_files import as_yaml
 
 _MANIFEST = """\

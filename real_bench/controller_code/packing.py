@@ -12,7 +12,7 @@ from real_bench.controller_code.manifest import MANIFEST, is_submission
 from real_bench.controller_code.source import ControllerSource
 from real_bench.controller_code.submission_faults import as_submission_error
 from real_bench.errors import SubmissionError
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.text.counting import counted
 
 MAX_BYTES = 768 * 2**20

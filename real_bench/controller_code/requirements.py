@@ -20,8 +20,9 @@ from pathlib import Path
 from real_bench.controller_code.manifest import WHEELS, Submission
 from real_bench.controller_code.submission_faults import OUR_TROUBLE, as_submission_error
 from real_bench.errors import RealBenchError, SubmissionError
+from real_bench.files.hashing import file_sha256
 from real_bench.files.locks import write_lock
-from real_bench.files.outputs import check_folder, file_sha256
+from real_bench.files.outputs import check_folder
 
 SECONDS_TO_INSTALL = 1800
 DONE = "installed.json"

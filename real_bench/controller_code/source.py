@@ -21,7 +21,7 @@ from real_bench.controller_code.manifest import (
     read_submission,
 )
 from real_bench.errors import ControllerError
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.text.naming import CONTROLLER_FILE, shareable_name
 from real_bench.text.nearest import did_you_mean
 

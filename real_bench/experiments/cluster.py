@@ -12,8 +12,8 @@ from real_bench.errors import ExperimentError
 from real_bench.experiments.jobs import CheckJob, Job, OnSteps, job_from_json
 from real_bench.experiments.process import JobFailedError, Processes, WorkerLostError
 from real_bench.extras import extra
+from real_bench.files.atomic import write_atomically
 from real_bench.files.locks import temporary_folder
-from real_bench.files.outputs import write_atomically
 from real_bench.text.quoting import one_line
 
 SECONDS_TO_CONNECT = 10

@@ -80,7 +80,7 @@ def mismatch_error(wrong: Sequence[str], remedy: str = "") -> ExperimentError:
 
 def _mismatches(job: ScoringJob, result: Result) -> list[str]:
     """What in a result does not fit the job."""
-    from real_bench.files.outputs import file_sha256
+    from real_bench.files.hashing import file_sha256
 
     setting = result.setting
     names = ("condition", "objects", "seed", "trial_steps", "run_steps")

@@ -17,7 +17,8 @@ from real_bench.controller_code.manifest import find_submission
 from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import ExperimentError, faults
 from real_bench.fields import ConditionName, Name, Seed, SpecFile, Steps, TrialSteps
-from real_bench.files.outputs import check_output, write_atomically
+from real_bench.files.atomic import write_atomically
+from real_bench.files.outputs import check_output
 from real_bench.inputs.records import Record
 from real_bench.inputs.yaml_files import read_mapping
 from real_bench.lengths import INTRINSIC_STEPS, LARGEST, TRIAL_STEPS

@@ -24,7 +24,8 @@ from real_bench.actions import ACTION_STEPS
 from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
 from real_bench.extras import extra
-from real_bench.files.outputs import OutputError, check_folder, real_path
+from real_bench.files.atomic import OutputError, real_path
+from real_bench.files.outputs import check_folder
 from real_bench.recording import Recording
 from real_bench.recording.arrays import resize_images
 from real_bench.replay import fresh_states

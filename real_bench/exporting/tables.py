@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.extras import extra
-from real_bench.files.outputs import atomic_replacement, check_folder, check_output
+from real_bench.files.atomic import atomic_replacement
+from real_bench.files.outputs import check_folder, check_output
 from real_bench.recording import Recording
 from real_bench.recording.columns import flat, pose_type, to_columns
 

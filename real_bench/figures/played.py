@@ -15,7 +15,7 @@ from real_bench.conditions import Condition
 from real_bench.errors import RecordingError, SceneError
 from real_bench.figures.labels import make_distinct
 from real_bench.figures.latent_codes import LatentCodes, encode_recording, sight_settings
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.inputs.whole import keep_whole
 from real_bench.lengths import LARGEST
 from real_bench.real_x import DynamicAbstraction, Triplets

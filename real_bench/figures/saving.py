@@ -9,7 +9,8 @@ from typing import Any
 
 from real_bench.figures.drawing import Drawing
 from real_bench.figures.registry import FIGURES
-from real_bench.files.outputs import check_folder, check_output, write_atomically
+from real_bench.files.atomic import write_atomically
+from real_bench.files.outputs import check_folder, check_output
 
 SUFFIXES = (".png", ".svg", ".csv")
 SUMMARY = "figures.json"

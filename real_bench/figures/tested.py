@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from real_bench.analysis import scores_by_goal
 from real_bench.errors import ResultError
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.scoring.result import Result, Setting, load_result
 from real_bench.settings import dotted
 from real_bench.text.counting import counted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 FIRST_BYTES = 4096
 RUN_FORMAT = "realbench-run"
@@ -38,3 +39,9 @@ ARCHIVE = FileKind("archive", ".zip", b"PK")
 JUNIT = FileKind("JUnit XML", ".xml", b"<", b"<testsuite")
 WHOLE = (RECORDING, GOAL_SET, RESULT, REPORT, ARCHIVE, JUNIT)
 """Kinds of files to which nothing can be appended."""
+
+
+def first_bytes(path: Path) -> bytes:
+    """The bytes by which the kind of a file is told."""
+    with path.open("rb") as file:
+        return file.read(FIRST_BYTES)

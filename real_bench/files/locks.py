@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
-from real_bench.files.outputs import OutputError, real_path
+from real_bench.files.atomic import OutputError, real_path
 
 _logger = logging.getLogger(__name__)
 

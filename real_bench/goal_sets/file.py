@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import GoalSetError
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.goal_sets.goal import NO_BODY, Goal, GoalSet, check_size
 from real_bench.goal_sets.npy import read_npy_header
 from real_bench.goal_sets.png import decode_png, encode_png, read_png_header

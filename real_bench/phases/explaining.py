@@ -17,7 +17,7 @@ from real_bench.actions import Action
 from real_bench.controls import MacroControl
 from real_bench.errors import RealBenchError
 from real_bench.explanation import Explanation
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.goal_sets import Goal
 from real_bench.palette import AMBER, GREEN, ORANGE, SKY, WHITE, YELLOW
 from real_bench.phases.proxy import ControllerProxy, fault

@@ -11,9 +11,10 @@ from pathlib import Path
 
 from real_bench.controller_code.source import recorded_name
 from real_bench.errors import Interrupted, RecordingError, ResultError
+from real_bench.files.hashing import file_sha256
 from real_bench.files.kinds import RESULT
 from real_bench.files.locks import write_lock
-from real_bench.files.outputs import check_output, file_sha256
+from real_bench.files.outputs import check_output
 from real_bench.goal_sets import goals_in_proportion
 from real_bench.inputs.whole import keep_whole
 from real_bench.phases.activity import Activity, ignore_activity

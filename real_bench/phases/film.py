@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RealBenchError
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.goal_sets import Goal, captioned
 from real_bench.scoring.metric import goal_score
 from real_bench.task import Task

@@ -22,7 +22,8 @@ from real_bench.errors import (
     PhysicsError,
     RealBenchError,
 )
-from real_bench.files.outputs import check_folder, write_atomically
+from real_bench.files.atomic import write_atomically
+from real_bench.files.outputs import check_folder
 from real_bench.goal_sets import Goal, GoalSet, trial_strip
 from real_bench.inputs.numeric import short
 from real_bench.inputs.whole import keep_whole

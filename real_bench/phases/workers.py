@@ -20,8 +20,8 @@ from uuid import uuid4
 
 from real_bench.controller_code.finding import controller_folders
 from real_bench.errors import RealBenchError
+from real_bench.files.atomic import write_atomically
 from real_bench.files.locks import temporary_folder
-from real_bench.files.outputs import write_atomically
 from real_bench.parent import exit_after
 from real_bench.phases.activity import LEARNING, Activity, ignore_activity
 from real_bench.phases.stopping import STOP_SIGNALS, StopRequest

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.errors import RecordingError
-from real_bench.files.outputs import atomic_replacement, check_folder
+from real_bench.files.atomic import atomic_replacement
+from real_bench.files.outputs import check_folder
 from real_bench.recording.schema import IMAGES_PER_CHUNK
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from pathlib import Path
 import h5py
 
 from real_bench.errors import RecordingError
+from real_bench.files.atomic import OutputError, real_path
 from real_bench.files.locks import write_lock
-from real_bench.files.outputs import OutputError, real_path
 from real_bench.recording.columns import to_columns
 from real_bench.recording.header import Header
 from real_bench.recording.opening import open_hdf5

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.report.html import packaged_text, render_html
 from real_bench.report.parts import RecordingEntry, ResultEntry
 from real_bench.text.naming import display_name

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from real_bench.errors import ResultError, SceneError
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.goal_sets import GoalSet
 from real_bench.goal_sets.picture import bounding_box_of_bodies
 from real_bench.recording import Header, Recording

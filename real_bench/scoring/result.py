@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from real_bench.errors import ResultError, faults
-from real_bench.files.outputs import write_atomically
+from real_bench.files.atomic import write_atomically
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.inputs.records import Record
 from real_bench.scoring.commands import Commands

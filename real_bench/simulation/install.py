@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 from real_bench.errors import SceneError
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.simulation.scene import Manifest, installed_folder
 
 # Python files would be code, and Blender sources are twenty megabytes that nothing loads.

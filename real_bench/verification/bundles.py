@@ -14,8 +14,8 @@ from real_bench.controller_code.manifest import FROZEN, is_submission
 from real_bench.controller_code.packing import open_submission
 from real_bench.controller_code.source import ControllerSource, is_ignored
 from real_bench.errors import ControllerError, ResultError, SubmissionError
+from real_bench.files.hashing import file_sha256
 from real_bench.files.locks import temporary_folder
-from real_bench.files.outputs import file_sha256
 from real_bench.scoring.result import Setting, parse_content
 from real_bench.scoring.result_file import read_content
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from real_bench.conditions import Condition
 from real_bench.controller_code.source import ControllerSource, has_code_hash
 from real_bench.errors import ControllerError
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.goal_sets import GoalSet, goals_in_proportion
 from real_bench.lengths import TRIAL_STEPS
 from real_bench.recording import Recording

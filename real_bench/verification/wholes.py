@@ -20,7 +20,7 @@ from real_bench.errors import (
     RecordingError,
     ResultError,
 )
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.recording import Recording
 from real_bench.sandbox import Limits
 from real_bench.scoring.result import Result, load_result

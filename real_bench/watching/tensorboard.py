@@ -8,7 +8,8 @@ from types import TracebackType
 import numpy as np
 
 from real_bench.extras import extra
-from real_bench.files.outputs import OutputError, check_folder
+from real_bench.files.atomic import OutputError
+from real_bench.files.outputs import check_folder
 from real_bench.watching.following import Moment
 
 FLOAT32 = (float(np.finfo(np.float32).min), float(np.finfo(np.float32).max))
