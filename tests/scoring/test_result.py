@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from real_bench.actions import Action
 from real_bench.errors import ResultError
-from real_bench.files.outputs import OutputError
+from real_bench.files.atomic import OutputError
 from real_bench.scoring import result_file
 from real_bench.scoring.commands import Commands
 from real_bench.scoring.result import Result, Setting, TrialResult, load_result
@@ -29,7 +29,7 @@ COMMANDS = Commands.of([Action.rest(4, 10_000)])
 RESULTS = Path(__file__).parents[2] / "evaluation" / "results"
 OLDER = {
     1: RESULTS / "earlier-control" / "real_d-OM-1-seed0-a.json",
-    2: RESULTS / "full-scale" / "real_ild-coarse-IM-1-seed0-a.json",
+    2: RESULTS / "earlier-eye" / "real_ild-coarse-IM-1-seed0-a.json",
 }
 """A result of each older version."""
 BOMB = base64.b64encode(zlib.compress(bytes(2**24), 9)).decode()
