@@ -169,15 +169,16 @@ def check_action(action: object, control: Control) -> Action:
     """A copy of the action if it is one that ``control`` can execute; raises ActionError if not."""
     if type(action) is not Action:  # an object may claim any class, and a subclass do anything
         raise ActionError(
-            f"an action was expected, not {short(action)}: return an Action, as "
-            "Action.macro([[x1, y1], [x2, y2]])"
+            f"an action was expected, not {short(action)}: with {control.name} return "
+            f"{control.example}"
         )
     action = Action(
         action.commands, action.n_steps, action.line
     )  # frozen does not mean unchangeable
     if action.commands.shape[1] != control.size:
         raise ActionError(
-            f"commands must be of shape (k, {control.size}), not {action.commands.shape}"
+            f"commands must be of shape (k, {control.size}), not {action.commands.shape}: with "
+            f"{control.name} return {control.example}"
         )
     missing = np.isnan(action.commands)
     if (missing.any(axis=1) != missing.all(axis=1)).any() or np.isinf(action.commands).any():

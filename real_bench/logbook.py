@@ -31,7 +31,8 @@ def checked_entry(name: object, value: SupportsFloat) -> Entry:
         raise ValueError(
             f"a name must be 1 to {MAX_NAME_LENGTH} printable bytes, not {name[:80]!r}"
         )
-    return name, float(value)
+    detach = getattr(value, "detach", None)  # a tensor warns when it becomes a number
+    return name, float(detach() if callable(detach) else value)
 
 
 def add_entry(controller: object, name: str, value: SupportsFloat) -> None:

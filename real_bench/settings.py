@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from real_bench.errors import ControllerError, faults
+from real_bench.errors import ControllerError, SubmissionError, faults
 from real_bench.inputs.records import Record
 from real_bench.inputs.yaml_files import parse, read_mapping
 from real_bench.text.nearest import did_you_mean
@@ -75,6 +75,14 @@ def validated(kind: type[Settings], values: Mapping[str, Any], owner: str) -> Se
             f"{owner}, bad settings: {faults(error, unknown=unknown)} "
             f"(settings and defaults: {listed})"
         ) from error
+    except Exception as error:  # a validator of its own, or a type that its file does not import
+        raise _class_error(owner, error) from error
+
+
+def _class_error(owner: str, error: Exception) -> SubmissionError:
+    return SubmissionError(
+        f"{owner}: its class of settings fails: {type(error).__name__}: {one_line(error)}"
+    )
 
 
 def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]) -> Values:
@@ -93,6 +101,8 @@ def settings_in_full(controller: type[Any], spec: str, values: Mapping[str, Any]
         reason = faults(error)
     except (ValueError, TypeError) as error:  # what JSON cannot hold
         reason = one_line(error)
+    except Exception as error:
+        raise _class_error(f"controller {spec}", error) from error
     else:
         if again == settings:
             return kept

@@ -14,7 +14,7 @@ import pytest
 
 import real_bench
 from real_bench.errors import RealBenchError, RecordingError, ResultError
-from real_bench.files.outputs import OutputError
+from real_bench.files.atomic import OutputError
 from real_bench.goal_sets import save_goal_set
 from real_bench.scoring.result import Result
 from real_bench.simulation import Scene

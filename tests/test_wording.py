@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import real_bench
-from real_bench.files.outputs import OutputError
+from real_bench.files.atomic import OutputError
 from real_bench.wording import in_python
 
 

@@ -24,8 +24,9 @@ from real_bench.text.nearest import did_you_mean
 SUBMITTED = "SubmittedPolicy"
 """The official name for the class that a file submits."""
 
-MIN_LIKENESS = 0.9
-"""How alike two names are, from 0 to 1, if one may be a slip of the other."""
+ALIKE, ALIKE_METHODS = 0.9, 0.85
+"""How alike two names are, from 0 to 1, if one may be a slip of the other; a constant may well be
+called ``steps``, a method ``seeds`` is hardly meant."""
 
 LOADED_AS = "real_bench_user_"
 """Prefix of the module names of controller files."""
@@ -106,9 +107,10 @@ def misspelt_hooks(controller: type[Any]) -> Iterator[tuple[str, str]]:
     base = Controller if uses_extended_api(controller) else BasePolicy
     known = [name for name in dir(base) if not name.startswith("_")]
     own = [kind for kind in controller.__mro__ if kind is not object and kind not in base.__mro__]
-    for name in dict.fromkeys(name for kind in own for name in vars(kind)):
+    for name, value in {name: value for kind in own for name, value in vars(kind).items()}.items():
         if not name.startswith("_") and name not in known:
-            for meant in get_close_matches(name, known, 1, MIN_LIKENESS):
+            likeness = ALIKE_METHODS if callable(value) else ALIKE
+            for meant in get_close_matches(name, known, 1, likeness):
                 yield name, meant
 
 
@@ -229,7 +231,10 @@ def _check_class(loaded: Any, spec: str) -> type[Any]:
     if not inspect.isclass(loaded):
         raise SubmissionError(f"controller {spec} is not a class")
     if not _is_controller_like(loaded):
-        raise SubmissionError(f"controller {spec} has neither step() nor next_action()")
+        slips = "".join(
+            f"; {name}: did you mean {meant}?" for name, meant in misspelt_hooks(loaded)
+        )
+        raise SubmissionError(f"controller {spec} has neither step() nor next_action(){slips}")
     return loaded
 
 

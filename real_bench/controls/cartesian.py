@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action, Command
-from real_bench.controls.control import Boxes, Control, box, check_keys, draw, vector
+from real_bench.controls.control import MAX_POINTS, Boxes, Control, box, check_keys, draw, vector
 from real_bench.errors import ActionError
 from real_bench.simulation.posture import HOME
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from real_bench.simulation import Segment, Simulation
     from real_bench.simulation.scene import Limits
-
-MAX_POINTS = 10
 
 
 class CartesianControl(Control):
@@ -31,6 +29,7 @@ class CartesianControl(Control):
     letter, name, official_name = "C", "cartesian commands", "cartesian"
     size = 9
     keys = ("cartesian_command", "gripper_command")
+    example = "Action.poses(commands), with commands of shape (n, 9)"
 
     @classmethod
     def boxes(cls, limits: Limits) -> dict[str, spaces.Box]:

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 Boxes = Mapping[str, Any]
 """The boxes of an action space, by key."""
 
+MAX_POINTS = 10
+"""The most points of a random action (paper, section REAL-R)."""
+
 
 class Control(ABC):
     """Reads official action dicts, and turns command vectors into joint commands.
@@ -35,6 +38,7 @@ class Control(ABC):
         version: goes up when the same commands move the robot differently, even in the last bit.
         size: of a command vector.
         keys: of an official action dict, besides ``render``.
+        example: how a controller makes an action, for messages.
         draws_lines: whether a command can move on a straight line from the one before.
     """
 
@@ -44,6 +48,7 @@ class Control(ABC):
     version: ClassVar[int] = 1
     size: ClassVar[int]
     keys: ClassVar[tuple[str, ...]]
+    example: ClassVar[str]
     draws_lines: ClassVar[bool] = False
 
     @classmethod

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from real_bench.actions import Action, Command
-from real_bench.controls.control import Boxes, Control, box, check_keys, draw, vector
+from real_bench.controls.control import MAX_POINTS, Boxes, Control, box, check_keys, draw, vector
 from real_bench.simulation.posture import HOME
 
 if TYPE_CHECKING:
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from real_bench.simulation import Segment, Simulation
     from real_bench.simulation.scene import Limits
 
-MAX_POINTS = 10
-
 
 class JointControl(Control):
     """The nine joint commands themselves."""
@@ -26,6 +24,7 @@ class JointControl(Control):
     letter, name, official_name = "J", "joints", "joints"
     size = 9
     keys = ("joint_command",)
+    example = "Action.via_points(points), with points of shape (n, 9)"
     draws_lines = True
 
     @classmethod

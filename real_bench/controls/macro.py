@@ -30,6 +30,7 @@ class MacroControl(Control):
     version = 2  # macros end exactly at their second point
     size = 4
     keys = ("macro_action",)
+    example = "Action.macro([[x1, y1], [x2, y2]])"
 
     @classmethod
     def boxes(cls, limits: Limits) -> dict[str, spaces.Box]:

@@ -99,10 +99,7 @@ def _csv(path: Path, dtype: np.dtype[Any]) -> Iterator[Writer]:
         writer.writerow(dtype.names or ())
 
         def write(rows: Rows) -> None:
-            writer.writerows(
-                [cell.decode(errors="replace") if isinstance(cell, bytes) else cell for cell in row]
-                for row in rows.tolist()
-            )
+            writer.writerows(rows.tolist())
 
         yield write
 
@@ -113,22 +110,14 @@ def _parquet(path: Path, dtype: np.dtype[Any]) -> Iterator[Writer]:
     from pyarrow import parquet
 
     kinds = {
-        name: pa.string() if dtype[name].kind == "S" else pa.from_numpy_dtype(dtype[name])
+        name: pa.string() if dtype[name].kind == "O" else pa.from_numpy_dtype(dtype[name])
         for name in dtype.names or ()
     }
     schema = pa.schema(list(kinds.items()))
     with parquet.ParquetWriter(path, schema) as writer:
 
         def write(rows: Rows) -> None:
-            columns = [
-                pa.array(
-                    [cell.decode(errors="replace") for cell in rows[name]]
-                    if pa.types.is_string(kind)
-                    else rows[name],
-                    kind,
-                )
-                for name, kind in kinds.items()
-            ]
+            columns = [pa.array(rows[name], kind) for name, kind in kinds.items()]
             writer.write_table(pa.Table.from_arrays(columns, schema=schema))
 
         yield write

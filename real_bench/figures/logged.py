@@ -28,7 +28,7 @@ def draw(data: FigureData) -> Drawing | None:
     plays = [play for play in data.plays if len(play.logged)]
     if not plays:
         return None
-    names = list(dict.fromkeys(raw for play in plays for raw in play.logged["name"]))
+    names = list(dict.fromkeys(name for play in plays for name in play.logged["name"]))
     with style.in_style():
         figure, panels = style.panels(min(len(names), MAX_PANELS), HEIGHT_CM)
         lines = []
@@ -48,7 +48,7 @@ def draw(data: FigureData) -> Drawing | None:
                 )
             lines += [handle] if handle else []
         for name, panel in zip(names, panels, strict=False):
-            panel.set_title(style.title(_name(name)))
+            panel.set_title(style.title(printable(name)))
             style.show_steps_on_x(panel)
         if len(names) > MAX_PANELS:
             figure.suptitle(f"{MAX_PANELS} of {len(names)} names; all are in the numbers (CSV)")
@@ -61,12 +61,8 @@ def _rows(play: Play) -> dict[str, Column]:
     """One row per logged number, of every name."""
     rows = play.logged
     return {
-        "name": [_name(raw) for raw in rows["name"]],
+        "name": [printable(name) for name in rows["name"]],
         "step": rows["step"],
         "action": rows["action"],
         "value": np.asarray(rows["value"]),
     }
-
-
-def _name(raw: bytes) -> str:
-    return printable(raw.decode(errors="replace"))  # of a stranger's file, perhaps

@@ -122,6 +122,7 @@ class _Test:
     run_steps: int
     control_version: int
     learned: str
+    at_once: bool
 
     @classmethod
     def of(cls, setting: Setting, explorers: Mapping[str, str]) -> _Test:
@@ -137,6 +138,7 @@ class _Test:
             setting.run_steps,
             setting.control_version,
             json.dumps(setting.learned and setting.learned.model_dump(), sort_keys=True),
+            setting.learned_from == "process",
         )
 
     @property
@@ -150,7 +152,7 @@ class _Test:
         version = f"control version {self.control_version}"
         learned = json.loads(self.learned)
         if learned is None:
-            return [version]
+            return [version, "tested in the process in which it played"][: 1 + self.at_once]
         code = f"learned by code {learned['code_sha256'][:6]}"
         settings = dotted(learned["settings"])
         return [version, code, *(f"learned with {name}={value}" for name, value in settings)]

@@ -26,7 +26,7 @@ from real_bench.phases.workers import in_processes
 from real_bench.provenance import run_versions
 from real_bench.recording import Recording
 from real_bench.scoring.commands import largest_length
-from real_bench.scoring.result import Learned, Result, Setting, TrialResult, load_result
+from real_bench.scoring.result import LearnedFrom, Result, Setting, TrialResult, load_result
 from real_bench.scoring.result_file import MAX_FILE_BYTES
 from real_bench.text.counting import counted
 from real_bench.text.quoting import quoted
@@ -100,7 +100,8 @@ class ExtrinsicPhase:
             self._warn_of_size(identity)
             given = self.plan.handover(identity) if proxy is None else NOTHING
             recording = _stamp(self.plan.run)
-            result = self._initial_result(identity, given.learned, resume)
+            setting = self._setting(identity, given, is_same_process=proxy is not None)
+            result = self._initial_result(setting, resume)
             for trial, seconds in self._trials(identity, result, proxy, given, stop, activity):
                 if _stamp(self.plan.run) not in (recording, GONE):
                     raise RecordingError(
@@ -141,9 +142,8 @@ class ExtrinsicPhase:
                 counted(most, "trial"),
             )
 
-    def _initial_result(self, identity: Identity, learned: Learned | None, resume: bool) -> Result:
+    def _initial_result(self, setting: Setting, resume: bool) -> Result:
         """An empty result, or the one to be resumed."""
-        setting = self._setting(identity, learned)
         if not resume:
             return Result(setting=setting)
         try:
@@ -202,7 +202,7 @@ class ExtrinsicPhase:
                 yield maker.make(number)
             maker.end()
 
-    def _setting(self, identity: Identity, learned: Learned | None) -> Setting:
+    def _setting(self, identity: Identity, given: Handover, *, is_same_process: bool) -> Setting:
         plan = self.plan
         if not plan.controller.isprintable():
             raise ResultError(
@@ -219,7 +219,8 @@ class ExtrinsicPhase:
             controller=recorded_name(plan.controller),
             controller_sha256=identity.code_sha256,
             settings=dict(identity.settings),
-            learned=learned,
+            learned=given.learned,
+            learned_from="process" if is_same_process else self._learned_from(identity, given),
             run_sha256=run_sha256,
             run_steps=plan.run_steps or run_steps,
             goals_sha256=plan.goal_set.sha256,
@@ -229,6 +230,12 @@ class ExtrinsicPhase:
             seed=plan.seed,
             versions=run_versions(),
         )
+
+    def _learned_from(self, identity: Identity, given: Handover) -> LearnedFrom:
+        if given.learned is not None:
+            return "state"
+        learns = self.plan.run is not None and identity.learns_from_experience
+        return "triplets" if learns else "nothing"
 
 
 def _stamp(run: Path | None) -> tuple[int, ...]:
@@ -258,6 +265,8 @@ def _differences(then: Setting, now: Setting) -> Iterator[str]:
     """What differs between two tests; of versions, which."""
     for name in Setting.model_fields:
         if name in ("goal_numbers", "versions"):
+            continue
+        if name == "learned_from" and then.learned_from is None:  # made before it was kept
             continue
         if getattr(then, name) != getattr(now, name):
             yield name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import inspect
 import os
 import random
 import sys
@@ -26,6 +25,7 @@ from real_bench.controller_code.finding import (
 )
 from real_bench.controller_code.independence import shared_through
 from real_bench.controller_code.requirements import packages_of
+from real_bench.controller_code.signatures import accepts, misfit
 from real_bench.controller_code.source import ControllerSource
 from real_bench.errors import (
     ActionError,
@@ -295,30 +295,20 @@ class LocalProxy:
                 raise fault(self, str(error), ControllerDeclinedError) from error
             name = getattr(function, "__name__", "it")
             hint = missing_key(error, self._observed) if isinstance(error, KeyError) else ""
-            raise fault(self, f"{name}() failed at {blame(error, self._place)}{hint}") from error
+            wrong = misfit(function, arguments) if isinstance(error, TypeError) else ""
+            where = wrong or f"{blame(error, self._place)}{hint}"
+            raise fault(self, f"{name}() failed at {where}") from error
         finally:
             self._folder.leave(ours)
 
     def _check_signature(self, kind: type[Any], arguments: tuple[Any, ...]) -> None:
         """Report a class that takes the action space alone, as in 2019."""
-        try:
-            signature = inspect.signature(kind)
-        except (TypeError, ValueError):  # of a class that is not written in Python
-            return
-        if not _accepts(signature, arguments) and _accepts(signature, arguments[:1]):
+        if not accepts(kind, arguments) and accepts(kind, arguments[:1]):
             raise fault(
                 self,
                 "its __init__ takes only the action space, as in the competition of 2019: since "
                 "2020 it is __init__(self, action_space, observation_space)",
             )
-
-
-def _accepts(signature: inspect.Signature, arguments: tuple[Any, ...]) -> bool:
-    try:
-        signature.bind(*arguments)
-    except TypeError:
-        return False
-    return True
 
 
 def _learns_across_trials(controller: object) -> bool:

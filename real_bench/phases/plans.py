@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -263,7 +264,7 @@ def _check_is_over(run: Path, run_steps: int | None) -> None:
     if is_being_written(run):
         raise RecordingError(
             f"{run} is being played: test it when the play is over, or stop the play and go on "
-            "afterwards (realbench intrinsic --resume)"
+            f"afterwards (realbench intrinsic --out {shlex.quote(str(run))} --resume)"
         )
     with Recording(run) as recording:
         n_steps, total, ended = recording.n_steps, recording.total_steps, recording.ended
@@ -274,7 +275,9 @@ def _check_is_over(run: Path, run_steps: int | None) -> None:
     elif not ended:
         log.warning(
             "%s has all %s steps, but what the controller does at their end (end_intrinsic_phase, "
-            "use_experience) failed or was stopped: `realbench intrinsic --resume` does it again",
+            "use_experience) failed or was stopped: `realbench intrinsic --out %s --resume` does "
+            "it again",
             run,
             f"{n_steps:,}",
+            shlex.quote(str(run)),
         )

@@ -120,14 +120,16 @@ class Experience:
         """The image after an action, (height, width, 3) uint8; raises RecordingError."""
         return self._image(self.outcomes[index])
 
-    def map_images(self, function: Callable[[NDArray[np.uint8]], NDArray[Any]]) -> NDArray[Any]:
+    def map_images(self, function: Callable[[NDArray[np.uint8]], Any]) -> NDArray[Any]:
         """A function of the image of every state, without holding all images in memory.
 
         Args:
-            function: from an image, (height, width, 3) uint8, to an array of some shape.
+            function: from an image, (height, width, 3) uint8, to a number or an array.
 
         Returns:
-            Its values by number of the state, in the order of their time, (n_states, ...).
+            Its values by number of the state, in the order of their time, (n_states, ...): before
+            each action ``values[experience.preconditions]``, after it
+            ``values[experience.outcomes]``.
         """
         with Recording(self.path) as recording:
             values = np.empty(0)
@@ -136,7 +138,7 @@ class Experience:
                 for row, image in enumerate(
                     recording.images(self._first_state + first, count), first
                 ):
-                    value = function(image)
+                    value = np.asarray(function(image))
                     if row == 0:  # only now is the size known
                         values = np.empty((self.n_states, *value.shape), value.dtype)
                     values[row] = value

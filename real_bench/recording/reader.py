@@ -31,6 +31,7 @@ from real_bench.recording.schema import (
     STATE,
     command_type,
     stored_types,
+    with_text,
 )
 from real_bench.recording.state import ControllerState, load_state
 from real_bench.recording.triplet import State, Triplet
@@ -265,14 +266,13 @@ class Recording:
     def logged(self) -> NDArray[Any]:
         """What the controller logged, in order: step, action, name, value, a structured array.
 
-        Step and action count those that were over when it was logged.
+        Step and action count those that were over when it was logged; names are text.
         """
         self._check_open()
         if "logged" not in self._file:
-            return np.empty(0, LOGGED)
+            return with_text(np.empty(0, LOGGED))
         with self._guard():
-            rows: NDArray[Any] = self._file["logged"][()]
-        return rows
+            return with_text(self._file["logged"][()])
 
     @property
     def parts(self) -> list[dict[str, str]]:

@@ -77,6 +77,17 @@ LOGGED = np.dtype(
 )
 
 
+def with_text(logged: NDArray[Any]) -> NDArray[Any]:
+    """Rows of ``LOGGED`` with names as text; equal ones are one object, since there may be many."""
+    names, numbers = np.unique(logged["name"], return_inverse=True)
+    texts = np.array([name.decode(errors="replace") for name in names], object)
+    kinds = [(name, object if name == "name" else LOGGED[name]) for name in LOGGED.names or ()]
+    rows = np.empty(len(logged), kinds)
+    for name in LOGGED.names or ():
+        rows[name] = texts[numbers] if name == "name" else logged[name]
+    return rows
+
+
 def chained_sha256(before: str, n_commands: NDArray[np.int64], commands: NDArray[Any]) -> str:
     """A hash of all commands so far, however they were written.
 

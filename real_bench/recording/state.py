@@ -117,6 +117,10 @@ def _strip(value: Any, datasets: list[np.ndarray[Any, Any]], where: str) -> Any:
         return {key: _strip(item, datasets, f"{where}[{key!r}]") for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_strip(item, datasets, f"{where}[{i}]") for i, item in enumerate(value)]
+    if isinstance(value, dict):
+        wrong = next(key for key in value if not isinstance(key, str) or key == _MARK)
+        why = "is reserved" if wrong == _MARK else "is not text"
+        raise StateError(f"its {where} has the key {wrong!r}, which {why}")
     raise StateError(
         f"its {where} has type {type(value).__name__}: only numbers, text, bytes, "
         "numpy arrays, and lists and dicts (with text keys) of these can be stored"

@@ -41,13 +41,16 @@ def scoring_command(
 
     Args:
         setting: of the result.
-        run: the recording that was learned from, if there is one.
+        run: the recording of the play, if there is one.
         goals: the goal set's file; None: the shipped one.
         file: the result.
         learning: the options that say how it learned from the recording.
     """
     n_trials = len(setting.goal_numbers)
     length = setting.trial_steps
+    at_once = setting.learned_from == "process"
+    if at_once:  # it plays and is tested
+        learning = ["--steps", str(setting.run_steps)]
     options = [
         *_run_options(
             setting.controller, setting.condition, setting.objects, setting.scene, setting.seed
@@ -59,7 +62,7 @@ def scoring_command(
         *_settings(setting.controller, setting.settings),
         *["--out", file],
     ]
-    return _command("extrinsic", *options)
+    return _command("evaluate" if at_once else "extrinsic", *options)
 
 
 def _run_options(controller: str, condition: str, objects: int, scene: str, seed: int) -> list[str]:

@@ -150,9 +150,10 @@ def _learning_options(setting: Setting, run: RecordingEntry | None) -> list[str]
     if learned is not None:
         now = setting.controller_sha256, setting.settings
         return [] if (learned.code_sha256, learned.settings) == now else ["--keep-learned"]
+    made = ["--as-made"] if setting.learned_from == "nothing" else []
     if run is None or run.steps != setting.run_steps:
-        return ["--run-steps", str(setting.run_steps)]
-    return ["--relearn"] if run.learned_by == setting.controller else []
+        return ["--run-steps", str(setting.run_steps), *made]
+    return made or (["--relearn"] if run.learned_by == setting.controller else [])
 
 
 def _trials(

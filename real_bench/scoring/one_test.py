@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from real_bench.errors import ResultError
@@ -60,6 +60,9 @@ def _differences(settings: Sequence[Setting]) -> Iterator[str]:
     learned = [setting.learned for setting in settings if setting.learned]
     if 0 < len(learned) < len(settings):
         yield "some continued from what was learned at play, others did not"
+    known = {setting.learned_from for setting in settings if setting.learned_from}
+    if len(known) > 1:
+        yield f"learned from {_listed(sorted(known))}"
     code = sorted({each.code_sha256 for each in learned})
     if len(code) > 1:
         yield f"code that learned {_listed(value[:24] for value in code)}"
@@ -76,5 +79,5 @@ def _changed(called: str, settings: Sequence[dict[str, Any]]) -> Iterator[str]:
                 yield f"{called} {_listed(f'{name}={value}' for value in values)}"
 
 
-def _listed(values: Iterator[str]) -> str:
+def _listed(values: Iterable[str]) -> str:
     return " and ".join(quoted(value, 80) for value in values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from real_bench.scoring.result import Result
+from real_bench.scoring.result import Result, Setting
 from real_bench.text.counting import counted
 
 FEW_GOALS = 20
@@ -21,3 +21,12 @@ def warn_of_few(n_goals: int) -> list[str]:
     """A line if an interval is over few goals."""
     few = f"only {counted(n_goals, 'goal')}: an interval over so few says little"
     return [few] if 1 < n_goals < FEW_GOALS else []
+
+
+def describe_play(setting: Setting) -> str:
+    """After which play it was tested, and whether it learned anything from it."""
+    if not setting.run_steps:
+        return "without play"
+    play = f"{setting.run_steps:,} steps of play"
+    made = setting.learned_from == "nothing"
+    return f"as made, nothing learned from {play}" if made else f"after {play}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
@@ -48,6 +48,9 @@ Hash = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]
 """A sha256; empty if there is nothing to hash."""
 
 
+LearnedFrom = Literal["state", "triplets", "process", "nothing"]
+
+
 class Learned(Record):
     """The origin of what a controller had learned before its test.
 
@@ -71,6 +74,8 @@ class Setting(Record):
         settings: of the controller, whole; empty where it has none.
         learned: what made the state that it continued from; None if there was none (and in
             early results).
+        learned_from: the state that it handed over at play, the recording's triplets, its own play
+            in the same process, or nothing, if it was tested as made; None in early results.
         run_sha256, run_steps: hash and length of the recording it learned from; empty, 0 if none.
         goals_sha256: hash of the goal set's content.
         n_goals: how many goals the set has; None if an old result does not say.
@@ -90,6 +95,7 @@ class Setting(Record):
     controller_sha256: Hash
     settings: dict[str, Any] = Field(default_factory=dict)
     learned: Learned | None = None
+    learned_from: LearnedFrom | None = None
     run_sha256: Hash
     run_steps: int
     goals_sha256: Hash

@@ -12,7 +12,7 @@ from real_bench.lengths import TRIAL_STEPS
 from real_bench.scoring.columns import drop_empty_columns
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
-from real_bench.scoring.parts import describe_part, warn_of_few
+from real_bench.scoring.parts import describe_part, describe_play, warn_of_few
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.sides import MAX_LENGTH, NAMES, distinguishing, remarks
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
@@ -36,11 +36,10 @@ def score_columns(result: Result) -> tuple[list[str], list[list[str]]]:
 def describe_test(setting: Setting) -> str:
     """What was tested after which play."""
     objects = counted(setting.objects, "object")
-    learned = f"after {setting.run_steps:,} steps of play" if setting.run_steps else "without play"
     sentence = f"{setting.controller} in REAL_{setting.condition}, {objects}, scene {setting.scene}"
     short = setting.trial_steps != TRIAL_STEPS
     length = f", trials of {setting.trial_steps:,} steps instead of {TRIAL_STEPS:,}" * short
-    return f"{sentence}, {learned}{length}"
+    return f"{sentence}, {describe_play(setting)}{length}"
 
 
 def score_table(result: Result) -> Group:

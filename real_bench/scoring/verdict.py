@@ -15,6 +15,7 @@ from real_bench.physics import mixture, physics_of
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
 from real_bench.scoring.one_test import check_one_test, mixed_sources, sources_of
+from real_bench.scoring.parts import describe_play
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
@@ -215,8 +216,8 @@ def markdown(verdict: Verdict) -> str:
     parts = [
         f"## {_escaped(display_name(setting.controller))} "
         f"{'passed' if verdict.passed else 'failed'}",
-        f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, after "
-        f"{setting.run_steps:,} steps of play; {counted(summary.n_goals, 'goal')}, each tested "
+        f"REAL_{setting.condition}, {objects}, scene {_escaped(setting.scene)}, "
+        f"{describe_play(setting)}; {counted(summary.n_goals, 'goal')}, each tested "
         f"{_times(summary)}.",
         tabulate(checks, ("check", "", ""), "github", disable_numparse=True),
         tabulate(

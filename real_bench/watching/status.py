@@ -69,13 +69,9 @@ class PlayStatus:
     def numbers(self) -> dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]:
         """What was logged by name, in the order of first use: steps and values."""
         names = self.logged["name"]
-        order = names[np.sort(np.unique(names, return_index=True)[1])]
         return {
-            name.decode(errors="replace"): (
-                self.logged["step"][names == name],
-                self.logged["value"][names == name],
-            )
-            for name in order
+            name: (self.logged["step"][names == name], self.logged["value"][names == name])
+            for name in dict.fromkeys(names)
         }
 
     def to_json(self) -> dict[str, Any]:

@@ -56,8 +56,7 @@ class EventFiles:
             self._scalar("play/share of actions that moved an object", share, step)
             self._n_actions = end
         for row in status.logged[self._n_logged :]:
-            name = row["name"].decode(errors="replace")
-            self._scalar(f"logged/{name}", float(row["value"]), int(row["step"]))
+            self._scalar(f"logged/{row['name']}", float(row["value"]), int(row["step"]))
         self._n_logged = max(self._n_logged, len(status.logged))
         self._writer.flush()
 

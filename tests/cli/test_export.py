@@ -66,7 +66,7 @@ def test_csv_has_every_number_to_the_last_digit(place: Path, name: str, tmp_path
         assert tuple(head) == rows.dtype.names
         for column, cells in zip(head, zip(*lines, strict=True), strict=False):
             if column == "name":
-                assert [cell.encode() for cell in cells] == rows[column].tolist()
+                assert list(cells) == rows[column].tolist()
             else:
                 np.testing.assert_array_equal(np.array(cells, float), rows[column])
     facts = json.loads((tmp_path / "recording.json").read_text())
@@ -85,7 +85,7 @@ def test_pandas_reads_the_same_table_from_parquet(place: Path, name: str, tmp_pa
         assert tuple(read.columns) == rows.dtype.names
         for column in read.columns:
             if column == "name":
-                assert [cell.encode() for cell in read[column]] == rows[column].tolist()
+                assert read[column].tolist() == rows[column].tolist()
             else:
                 np.testing.assert_array_equal(read[column].to_numpy(), rows[column])
                 assert read[column].dtype == rows[column].dtype

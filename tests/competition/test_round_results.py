@@ -11,7 +11,7 @@ import pytest
 
 from real_bench.competition.round_results import _goals
 from real_bench.competition.verified import KeptVerdict, keep_verdicts, load_verified
-from real_bench.files.outputs import file_sha256
+from real_bench.files.hashing import file_sha256
 from real_bench.goal_sets import load_goal_set
 from real_bench.verification import Bundle, BundleVerdict
 from real_bench.verification.parts import Part

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from real_bench.errors import GoalSetError
-from real_bench.files.outputs import atomic_replacement
+from real_bench.files.atomic import atomic_replacement
 from real_bench.goal_sets import generate_goal_set, load_goal_set
 from real_bench.goal_sets.secret import Opening, draw_secret_goals, is_reproduced, read_opening
 from real_bench.simulation import Scene

@@ -20,7 +20,7 @@ from real_bench.figures import (
     read_tested,
 )
 from real_bench.figures.tested import check_given_once, series
-from real_bench.recording.schema import LOGGED
+from real_bench.recording.schema import LOGGED, with_text
 from real_bench.scoring.result import Learned, Result
 from tests.figures.bench import FEW_STEPS, OPTIONS, Test, made_up, only, read, reread
 
@@ -162,7 +162,7 @@ def test_any_number_may_be_logged_and_any_name_be_long(material: FigureData) -> 
     rows = np.zeros(len(values) * 20, LOGGED)
     rows["name"] = [f"name {number % 20} {'x' * 50}"[:64] for number in range(len(rows))]
     rows["value"] = np.repeat(values, 20)
-    long = replace(pushed, logged=rows, label="first-attempt " * 30)
+    long = replace(pushed, logged=with_text(rows), label="first-attempt " * 30)
     found = FigureData((long, replace(long, label="second-attempt " * 30)))
     for kind in FIGURES:
         drawing = kind.draw(found)

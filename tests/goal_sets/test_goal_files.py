@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from real_bench.errors import GoalSetError
-from real_bench.files.outputs import OutputError
+from real_bench.files.atomic import OutputError
 from real_bench.goal_sets import load_goal_set, save_goal_set
 from real_bench.goal_sets.png import decode_png, encode_png
 from tests.goal_sets.goal_examples import goal_sets, make_goal_set

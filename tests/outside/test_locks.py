@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from real_bench.files.atomic import OutputError
 from real_bench.files.locks import temporary_folder, write_lock
-from real_bench.files.outputs import OutputError
 from real_bench.recording import Recording
 from tests.cli.shell import COMMAND
 

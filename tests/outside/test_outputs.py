@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 
+from real_bench.files.atomic import OutputError, atomic_replacement
 from real_bench.files.kinds import (
     GOAL_SET,
     JUNIT,
@@ -24,7 +25,7 @@ from real_bench.files.kinds import (
     WHOLE,
     FileKind,
 )
-from real_bench.files.outputs import Output, OutputError, atomic_replacement
+from real_bench.files.output_streams import Output
 from tests.outside.bench import ROOT, Done, as_nobody, command, needs_root, state_of
 
 WHO = ("--controller", "real_r", "--scene", "builtin", "--condition", "OM")

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from real_bench.errors import RealBenchError
-from real_bench.files.outputs import OutputError
+from real_bench.files.atomic import OutputError
 from real_bench.goal_sets import GoalSet
 from real_bench.phases import film
 from real_bench.phases.film import STEPS_PER_FRAME

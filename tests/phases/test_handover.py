@@ -128,9 +128,10 @@ def test_part_of_a_play_is_for_those_who_learn_from_recordings(place: Path) -> N
     assert not (place / "score.json").exists()
     realbench(place, "extrinsic", *TEST, *part, "--as-made")
     setting = load_result(place / "score.json").setting
-    assert (setting.learned, setting.run_steps) == (None, 1000)
+    assert (setting.learned, setting.learned_from) == (None, "nothing")
+    assert setting.run_steps == 1000
     play = read_played(place / "run.h5")
-    assert "--run-steps 1000 " in read_tested(place / "score.json", [play]).command
+    assert "--run-steps 1000 --as-made " in read_tested(place / "score.json", [play]).command
 
 
 def test_who_learns_from_recordings_is_not_tested_as_made(place: Path) -> None:
@@ -164,6 +165,27 @@ def test_controller_that_learns_from_no_recording_is_told_to_be_tested_as_made(
     told = realbench(place, "extrinsic", "--controller", "plain.py", *TEST)
     assert "plain.py does not learn from recordings (it has no use_experience())" in told.stderr
     assert "is tested as made" in told.stderr
+    title = " ".join(told.stdout.split())
+    assert "scene builtin, as made, nothing learned from 2,000 steps of play" in title
+
+
+def test_what_played_in_the_same_process_is_never_averaged_with_what_did_not(place: Path) -> None:
+    """Their files differ in nothing else; the report has the command of each."""
+    (place / "plain.py").write_text(
+        LEARNER.replace("Learner(", "Plain(").partition("    def get")[0]
+    )
+    whom = ("--controller", "plain.py", *TEST, "--seed", "1", "--out")
+    realbench(place, "evaluate", *PLAY, "--run", "run.h5", *whom, "at-once.json")
+    realbench(place, "extrinsic", *whom, "as-made.json", "--as-made")
+    refused = realbench(place, "score", "at-once.json", "as-made.json", code=1).stderr
+    assert "never averaged: learned from nothing and process" in refused
+    play, goals = read_played(place / "run.h5"), load_goal_set(place / "goals.npy")
+    for name, verb in (("at-once", "evaluate"), ("as-made", "extrinsic")):
+        before = load_result(place / f"{name}.json")
+        command = read_tested(place / f"{name}.json", [play], [("goals.npy", goals)]).command
+        assert command.startswith(f"realbench {verb} ")
+        realbench(place, *shlex.split(command)[1:], "--overwrite")
+        assert load_result(place / f"{name}.json").trials == before.trials
 
 
 def test_recording_that_is_replaced_during_its_test_ends_the_test(place: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from real_bench.errors import Interrupted, RealBenchError
-from real_bench.files.outputs import OutputError
+from real_bench.files.atomic import OutputError
 from real_bench.recording import Recording
 from real_bench.text.naming import shareable_name
 from tests.phases.conftest import Play, toy

@@ -21,8 +21,8 @@ PLAY = ("intrinsic", "--controller", LOGS, "--condition", "OM", "--scene", SCENE
 
 def noted(path: object) -> list[tuple[int, int, str, float]]:
     with Recording(str(path)) as recording:
-        rows = recording.logged.tolist()
-    return [(step, action, name.decode(), value) for step, action, name, value in rows]
+        rows: list[tuple[int, int, str, float]] = recording.logged.tolist()
+    return rows
 
 
 def test_each_number_is_recorded_with_its_action(play: Play) -> None:

@@ -105,14 +105,18 @@ def test_results_of_different_tests_are_refused() -> None:
         ({"condition": "IM"}, "condition IM and OM"),
         ({"run_steps": 15_000_000}, "run steps 0 and 15000000"),
         ({"learned": None}, "some continued from what was learned at play"),
+        ({"learned_from": "process"}, "learned from process and state"),
         ({"learned": Learned(code_sha256="7" * 64, settings={})}, "code that learned 6{24} and"),
     ],
 )
 def test_no_side_averages_different_tests(changes: dict[str, Any], told: str) -> None:
     """Neither what is judged nor the baseline, nor either side of a comparison."""
     learned = Learned(code_sha256="6" * 64, settings={})
-    one, alike = (made([0.1] * 20, seed, learned=learned) for seed in (0, 1))
-    other = made([0.1] * 20, 1, **{"learned": learned, **changes})
+    base = {"learned": learned, "learned_from": "state"}
+    one, alike = (made([0.1] * 20, seed, **base) for seed in (0, 1))
+    other = made([0.1] * 20, 1, **{**base, **changes})
+    early = made([0.1] * 20, 1, learned=learned)  # which does not say what it learned from
+    assert compare([one, early], [one])
     assert judge([one, alike], baseline=[one, alike]).comparison
     for mix in (
         lambda: judge([one, other]),
