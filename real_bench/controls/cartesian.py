@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gymnasium import spaces
 
     from real_bench.simulation import Segment, Simulation
-    from real_bench.simulation.scene import Limits
+    from real_bench.simulation.manifest import CommandLimits
 
 
 class CartesianControl(Control):
@@ -32,7 +32,7 @@ class CartesianControl(Control):
     example = "Action.poses(commands), with commands of shape (n, 9)"
 
     @classmethod
-    def boxes(cls, limits: Limits) -> dict[str, spaces.Box]:
+    def boxes(cls, limits: CommandLimits) -> dict[str, spaces.Box]:
         """Position (metres) and quaternion (x, y, z, w), and the two gripper commands."""
         low, high = np.array(limits.command_low), np.array(limits.command_high)
         return {

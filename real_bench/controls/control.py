@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from gymnasium import spaces
 
     from real_bench.simulation import Segment, Simulation
-    from real_bench.simulation.scene import Limits
+    from real_bench.simulation.manifest import CommandLimits
 
 Boxes = Mapping[str, Any]
 """The boxes of an action space, by key."""
@@ -53,7 +53,7 @@ class Control(ABC):
 
     @classmethod
     @abstractmethod
-    def boxes(cls, limits: Limits) -> dict[str, spaces.Box]:
+    def boxes(cls, limits: CommandLimits) -> dict[str, spaces.Box]:
         """What may be commanded, by key."""
 
     @classmethod

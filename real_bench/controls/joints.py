@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gymnasium import spaces
 
     from real_bench.simulation import Segment, Simulation
-    from real_bench.simulation.scene import Limits
+    from real_bench.simulation.manifest import CommandLimits
 
 
 class JointControl(Control):
@@ -28,7 +28,7 @@ class JointControl(Control):
     draws_lines = True
 
     @classmethod
-    def boxes(cls, limits: Limits) -> dict[str, spaces.Box]:
+    def boxes(cls, limits: CommandLimits) -> dict[str, spaces.Box]:
         """The ranges of the joints, (9,) radians."""
         return {"joint_command": box(np.array(limits.command_low), np.array(limits.command_high))}
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from gymnasium import spaces
 
     from real_bench.simulation import Segment, Simulation
-    from real_bench.simulation.scene import Limits
+    from real_bench.simulation.manifest import CommandLimits
 
 
 class MacroControl(Control):
@@ -33,7 +33,7 @@ class MacroControl(Control):
     example = "Action.macro([[x1, y1], [x2, y2]])"
 
     @classmethod
-    def boxes(cls, limits: Limits) -> dict[str, spaces.Box]:
+    def boxes(cls, limits: CommandLimits) -> dict[str, spaces.Box]:
         """Two points on the table, (2, 2) metres."""
         return {
             "macro_action": box(np.array([limits.macro_low] * 2), np.array([limits.macro_high] * 2))

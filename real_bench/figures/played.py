@@ -21,7 +21,8 @@ from real_bench.lengths import LARGEST
 from real_bench.real_x import DynamicAbstraction, Triplets
 from real_bench.real_x.home import plannable
 from real_bench.recording import Experience, Header, Recording
-from real_bench.simulation.scene import GoalRegion, manifest_path, read_manifest
+from real_bench.simulation.manifest import GoalRegion
+from real_bench.simulation.scene import manifest_path, read_manifest
 from real_bench.text.naming import display_name
 
 

@@ -34,7 +34,7 @@ from real_bench.goal_sets.goal import CHALLENGES, Goal, GoalSet, check_size
 from real_bench.inputs.whole import whole
 from real_bench.lengths import LARGEST
 from real_bench.simulation import HOME, Scene, Simulation
-from real_bench.simulation.scene import GoalRegion
+from real_bench.simulation.manifest import GoalRegion
 from real_bench.text.counting import counted
 
 GENERATOR = "realbench-1"

@@ -30,7 +30,7 @@ from real_bench.recording.schema import (
 )
 from real_bench.recording.state import ControllerState, check_state
 from real_bench.recording.writer import AppendOnlyFile
-from real_bench.simulation.scene import Camera
+from real_bench.simulation.manifest import CameraSpec
 
 SECONDS_BETWEEN_WRITES = 3.0
 
@@ -103,7 +103,7 @@ class Recorder:
         header: Header,
         command_size: int,
         steps: int,
-        camera: Camera,
+        camera: CameraSpec,
         *,
         overwrite: bool,
     ) -> Recorder:

@@ -49,7 +49,7 @@ from real_bench.logbook import MAX_NAME_LENGTH
 from real_bench.recording.columns import flat, pose_type
 from real_bench.recording.header import Header
 from real_bench.recording.state import ControllerState, state_bytes
-from real_bench.simulation.scene import Camera
+from real_bench.simulation.manifest import CameraSpec
 
 SCHEMA_VERSION = 2
 READABLE_VERSIONS = (1, 2)
@@ -187,7 +187,7 @@ class Batch:
         return 2 * n_bytes + images.nbytes // 8
 
 
-def create(file: h5py.File, header: Header, command_size: int, camera: Camera) -> None:
+def create(file: h5py.File, header: Header, command_size: int, camera: CameraSpec) -> None:
     """Lay out an empty recording."""
     file.attrs["format"] = RUN_FORMAT
     file.attrs["schema_version"] = SCHEMA_VERSION

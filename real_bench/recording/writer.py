@@ -28,7 +28,7 @@ from real_bench.recording.header import Header
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import LOGGED, Batch, create, create_table
 from real_bench.recording.state import ControllerState, save_state
-from real_bench.simulation.scene import Camera
+from real_bench.simulation.manifest import CameraSpec
 from real_bench.text.quoting import one_line
 
 FREE_SPACE = {"fs_strategy": "fsm", "fs_persist": True, "fs_threshold": 1}
@@ -67,7 +67,7 @@ class AppendOnlyFile:
             held.callback(self._undo_if_empty)
             self._held = held.pop_all()
 
-    def create(self, header: Header, command_size: int, camera: Camera) -> None:
+    def create(self, header: Header, command_size: int, camera: CameraSpec) -> None:
         """Begin an empty recording in place of whatever was there.
 
         The old file comes back if this one is closed without an action in it.

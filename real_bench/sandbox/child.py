@@ -31,7 +31,8 @@ from real_bench.sandbox.faults import fault_kind
 from real_bench.sandbox.messages import Size
 from real_bench.sandbox.observation_packing import Unpacker
 from real_bench.sandbox.working_directory import new_files, put_files
-from real_bench.simulation.scene import Manifest, Scene
+from real_bench.simulation.manifest import Manifest
+from real_bench.simulation.scene import Scene
 from real_bench.spaces import action_space, observation_space
 
 ANYTHING = Size(structure=1 << 28, numbers=1 << 36)  # the parent is trusted

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from real_bench.simulation import scene
 from real_bench.simulation.bullet import pybullet
+from real_bench.simulation.manifest import CameraSpec
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Image:
 class Camera:
     """Renders with Bullet's software renderer, the same pixels on every machine."""
 
-    def __init__(self, spec: scene.Camera, client: int) -> None:
+    def __init__(self, spec: CameraSpec, client: int) -> None:
         self._spec = spec
         self._client = client
         self._view = pybullet.computeViewMatrix(spec.eye, spec.target, spec.up)

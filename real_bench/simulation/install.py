@@ -12,7 +12,8 @@ from pathlib import Path, PurePosixPath
 
 from real_bench.errors import SceneError
 from real_bench.files.hashing import file_sha256
-from real_bench.simulation.scene import Manifest, installed_folder
+from real_bench.simulation.manifest import Manifest
+from real_bench.simulation.scene import installed_folder
 
 # Python files would be code, and Blender sources are twenty megabytes that nothing loads.
 EXCLUDED_SUFFIXES = (".py", ".pyc", ".blend")

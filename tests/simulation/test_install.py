@@ -10,7 +10,8 @@ import pytest
 
 from real_bench.errors import SceneError
 from real_bench.simulation.install import _replace_folder, install_scene
-from real_bench.simulation.scene import Manifest, manifest_path, read_manifest
+from real_bench.simulation.manifest import Manifest
+from real_bench.simulation.scene import manifest_path, read_manifest
 
 
 @pytest.fixture
