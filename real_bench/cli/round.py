@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +17,7 @@ from real_bench.cli.outputs import junit_output
 from real_bench.cli.printing import print_tables, say
 
 if TYPE_CHECKING:
+    from real_bench.competition.spec import Competition, Round
     from real_bench.competition.standing import Standing
     from real_bench.experiments.scheduler import Failure
 
@@ -79,7 +81,6 @@ def run(
     from real_bench.competition.junit import standings_report
     from real_bench.competition.running import RoundRun
     from real_bench.competition.spec import read_competition
-    from real_bench.competition.standing import WAITING
     from real_bench.errors import in_short
     from real_bench.progress.jobs import run_jobs
 
@@ -88,20 +89,13 @@ def run(
     if name is not None and name not in competition.rounds:
         known = ", ".join(competition.rounds)
         raise click.UsageError(f"{spec} has no round {name}: use {known}")
-    for each in competition.rounds:
-        if (competition.results_folder / each).resolve() == submissions.resolve():
-            raise click.UsageError(f"{submissions} is the folder of round {each}: rename one")
+    _check_apart(competition, submissions)
     options.print_isolation()
     standings_by_round: dict[str, list[Standing]] = {}
     broken: dict[str, Failure] = {}
     began = time.monotonic()
     for each in competition.rounds if name is None else [name]:
-        if competition.rounds[each].is_over:
-            ended = f"round {each} ended at {competition.rounds[each].end} (UTC)"
-            later = (
-                "submissions that came later are ranked, too: move them away if they are not to be"
-            )
-            say(f"realbench: {ended}; {later}", err=True)
+        _warn_if_over(competition.rounds[each], each)
         round_run = RoundRun(competition, each, submissions, jobs, scheduler)
         run_shown = partial(run_jobs, shown=progress_wanted())
         standings, failures = round_run.hold(run_shown, retry=retry, overwrite=overwrite)
@@ -112,16 +106,39 @@ def run(
             _tell_of_failures(n_failed, round_run.folder, retry=retry)
     if cases is not None:
         cases.write(standings_report(standings_by_round, time.monotonic() - began).tostring())
-    reasons = [failure.detail for failure in broken.values()] or [
+    reasons = [failure.detail for failure in broken.values()] or _waits(standings_by_round)
+    if reasons:
+        told = f"through no fault of a submission: {in_short(reasons)}; repeat the command"
+        say(f"realbench: {told}", err=True)
+        sys.exit(BROKEN)
+
+
+def _check_apart(competition: Competition, submissions: Path) -> None:
+    """Refuse a folder of submissions that is that of a round's results."""
+    for each in competition.rounds:
+        if (competition.results_folder / each).resolve() == submissions.resolve():
+            raise click.UsageError(f"{submissions} is the folder of round {each}: rename one")
+
+
+def _warn_if_over(held: Round, name: str) -> None:
+    if held.is_over:
+        told = (
+            f"round {name} ended at {held.end} (UTC); submissions that came later are ranked, "
+            "too: move them away if they are not to be"
+        )
+        say(f"realbench: {told}", err=True)
+
+
+def _waits(standings_by_round: Mapping[str, Sequence[Standing]]) -> list[str]:
+    """Why submissions wait, a line each."""
+    from real_bench.competition.standing import WAITING
+
+    return [
         f"{standing.name} waits: {standing.detail}"
         for standings in standings_by_round.values()
         for standing in standings
         if standing.status == WAITING
     ]
-    if reasons:
-        told = f"through no fault of a submission: {in_short(reasons)}; repeat the command"
-        say(f"realbench: {told}", err=True)
-        sys.exit(BROKEN)
 
 
 def _show(folder: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from real_bench.cli.outputs import junit_output
 from real_bench.cli.printing import say
 from real_bench.errors import ControllerError
 from real_bench.files import defaults
+from real_bench.files.output_streams import Output
 
 if TYPE_CHECKING:
     from junitparser import JUnitXml
@@ -89,7 +90,6 @@ def score(
     plays of each, else over goals, after these plays. Prints which goals were accepted.
     With --allow-part a finished test of part of the goals (--trials) passes as well.
     """
-    from real_bench.files.output_streams import Output
     from real_bench.scoring import verdict as verdicts
     from real_bench.scoring.named import read_results
 
@@ -101,18 +101,8 @@ def score(
     if not (files or given["controller"] or given["run"]):
         raise click.UsageError("give result files, or --controller or --run to test")
     verdicts.check_minimum(minimum)
-    page_file = None
-    cases_file = junit_output(context, junit, overwrite=overwrite)
-    if markdown is not None:
-        page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
+    publish = _publisher(context, markdown, junit, overwrite=overwrite)
     other = None if baseline is None else read_results(baseline)
-
-    def publish(page: str, cases: JUnitXml) -> None:
-        if cases_file is not None:
-            cases_file.write(cases.tostring())
-        if page_file is not None:
-            page_file.write(page.encode())
-
     if files:
         results = [result for each in files for result in read_results(each)]
     else:
@@ -136,6 +126,24 @@ def score(
     if not verdict.passed:
         say(f"realbench: not passed: {verdict.failures}", err=True)
         sys.exit(NOT_PASSED)
+
+
+def _publisher(
+    context: click.Context, markdown: Path | None, junit: Path | None, *, overwrite: bool
+) -> Callable[[str, JUnitXml], None]:
+    """What writes the summary and the cases that were asked for; the files are opened now."""
+    cases_file = junit_output(context, junit, overwrite=overwrite)
+    page_file = None
+    if markdown is not None:
+        page_file = context.with_resource(Output(markdown, append=True, option="--markdown"))
+
+    def publish(page: str, cases: JUnitXml) -> None:
+        if cases_file is not None:
+            cases_file.write(cases.tostring())
+        if page_file is not None:
+            page_file.write(page.encode())
+
+    return publish
 
 
 def _given_test_options(context: click.Context) -> list[str]:
