@@ -222,7 +222,7 @@ def test_values_become_a_frozen_record() -> None:
     assert made == RobotSettings(arm=Arm(reach=0.001), names=("three",))
     assert check_settings(Robot, "robot", {}) == RobotSettings()
     with pytest.raises(ValidationError):
-        made.careful = True  # type: ignore[union-attr]
+        made.careful = True  # type: ignore[misc]
 
 
 def test_all_errors_are_reported_at_once_with_the_known_settings() -> None:
@@ -274,7 +274,7 @@ def test_a_controller_without_settings_takes_none() -> None:
 
 def test_controller_without_settings_refuses_numbered_names() -> None:
     with pytest.raises(ControllerError, match="plain has no settings, got 8"):
-        check_settings(Plain, "plain", {8: 1})
+        check_settings(Plain, "plain", {8: 1})  # type: ignore[dict-item]
 
 
 @pytest.mark.parametrize("kind", [dict, {}, 3, "settings", int])
@@ -370,7 +370,8 @@ def header_of(path: Path) -> Header:
 
 def commands_of(path: Path) -> list[list[float]]:
     with Recording(path) as recording:
-        return recording.commands()["command"].round(12).tolist()
+        commands: list[list[float]] = recording.commands()["command"].round(12).tolist()
+    return commands
 
 
 def test_settings_reach_the_controller_and_are_recorded(play: Play, pusher: str) -> None:

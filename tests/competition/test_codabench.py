@@ -130,7 +130,7 @@ def test_the_starting_kit_is_ingested_and_scored(unpacked: Path, place: Path) ->
         "verified: 3 of 3 trials"
         in realbench(place, "verify", result, "--goals", "goals.npy").stdout
     )
-    from tests.competition.test_bundles import forge
+    from tests.competition.learner import forge
 
     forge(result, lambda content: content["trials"][0].update(distances=[0.0]))
     (scoring / "output" / "scores.json").unlink()

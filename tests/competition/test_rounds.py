@@ -26,7 +26,7 @@ from real_bench.scoring.result import load_result
 from real_bench.simulation import Scene
 from tests.cli.shell import killed_at_work, realbench
 from tests.competition.five import CRASHING, GOOD, MEMORY, ROUND, derived, rounds, submission
-from tests.competition.test_bundles import forge
+from tests.competition.learner import forge
 
 
 def rows_of(place: Path, name: str = "first") -> dict[str, Any]:

@@ -12,7 +12,7 @@ import pytest
 from markdown_it import MarkdownIt
 from tabulate import LATEX_ESCAPE_RULES
 
-from real_bench.cli.inspect import print_facts
+from real_bench.cli.describing import print_facts
 from real_bench.cli.printing import print_tables, say
 from real_bench.competition.leaderboard import Leaderboard
 from real_bench.competition.leaderboard import markdown_table as leaderboard_markdown

@@ -50,7 +50,7 @@ def learned(n: int, world: World = pushed, seed: int = 0) -> ReplayPlanner:
 
 
 def choose(replay: ReplayPlanner, row: Array, goal: Array, n_left: int = 0) -> Choice:
-    return replay.choose(row, goal, n_left, lambda ends: ends, np.random.default_rng(0))
+    return replay.choose(row, goal, n_left, lambda _, ends: ends, np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("goal", [[-0.1, 0.3, 0.1], [0.0, -0.3, 0.1], [-0.2, 0.0, 0.1]])

@@ -3,9 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from real_bench.real_g.hand import Primitive
 from real_bench.real_g.relation import Relation
 from real_bench.real_g.trial_evidence import TrialEvidence
-from tests.real_g.deeds import HAND, PUSH, Primitive, drawn
+from tests.real_g.deeds import HAND, PUSH, drawn
 
 
 @pytest.mark.parametrize("primitive", [PUSH, HAND], ids=["push", "hand"])
