@@ -117,7 +117,7 @@ def test_spec_survives_json(goals: GoalSet, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", ["sync", "async"])
 def test_vector_environment_matches_single_ones(mode: str) -> None:
-    several = gymnasium.make_vec(
+    several: Any = gymnasium.make_vec(
         NAMES[0], num_envs=2, vectorization_mode=mode, scene="builtin", max_steps=2000
     )
     several.reset(seed=[0, 1])

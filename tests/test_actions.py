@@ -85,7 +85,7 @@ def test_poses_share_a_thousand_steps(n_poses: int) -> None:
         lambda: Action.macro(np.full((2, 2), np.nan)),
         lambda: Action.macro([[1e200, 0], [-1e200, 0]]),
         lambda: Action.via_points(np.full((2, 9), np.nan)),
-        lambda: Action.via_points([object()] * 9),
+        lambda: Action.via_points([object()] * 9),  # type: ignore[arg-type]
         lambda: Action(np.zeros((2, 9)), np.array([1]), np.array([False])),
     ],
 )
@@ -214,7 +214,7 @@ def test_a_quaternion_of_zeros_is_refused_however_it_is_given() -> None:
 
 
 def test_actions_can_be_asked_whether_they_are_the_same() -> None:
-    one = Action.macro([[0, 0], [0.1, 0.1]])
+    one = Action.macro([[0.0, 0.0], [0.1, 0.1]])
     assert one == one
-    assert one != Action.macro([[0, 0], [0.1, 0.1]])
+    assert one != Action.macro([[0.0, 0.0], [0.1, 0.1]])
     assert len({one, one}) == 1

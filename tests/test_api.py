@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from real_bench.scoring.result import Result
 from real_bench.simulation import Scene
 from tests.cli.shell import heed_ctrl_c, tiny_goals
 from tests.recording.bench import PATIENCE_S, wait_until
+
+notebook: Any = real_bench  # where nothing checks types before a call
 
 
 def test_help_is_a_table_of_contents() -> None:
@@ -45,7 +48,7 @@ def test_every_public_name_exists() -> None:
         assert getattr(real_bench, name) is not None
         assert name in dir(real_bench)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        real_bench.nothing  # noqa: B018
+        notebook.nothing  # noqa: B018
 
 
 @pytest.mark.parametrize("judge", [real_bench.score, lambda none: real_bench.compare(none, none)])
@@ -57,34 +60,34 @@ def test_no_results_are_an_error(judge: Callable[[list[Result]], object]) -> Non
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: real_bench.run_intrinsic(real_bench.Controller), "write a class into a file"),
+        (lambda: notebook.run_intrinsic(notebook.Controller), "write a class into a file"),
         *(
-            (partial(real_bench.run_intrinsic, "real_r", **{name: value}), f"{name}.*{name_of}")
+            (partial(notebook.run_intrinsic, "real_r", **{name: value}), f"{name}.*{name_of}")
             for name in ("steps", "seed", "objects")
             for value, name_of in ((2000.5, "2000.5"), ("1", "str '1'"), (-1, "not -1"))
         ),
-        (lambda: real_bench.run_intrinsic("real_r", out=None), "out must be a path, not NoneType"),
-        (lambda: real_bench.run_intrinsic("real_r", scene=3), "scene must be a path, not int 3"),
-        (lambda: real_bench.run_extrinsic(run=5), "run must be a path, not int 5"),
-        (lambda: real_bench.run_experiment(5), "spec must be a path, not int 5"),
-        (lambda: real_bench.score("*.json"), "no result found in .*json"),
-        (lambda: real_bench.Recording("."), "is a folder, not a recording"),
-        (lambda: real_bench.run_intrinsic("real_r", condition=5), "unknown condition 5"),
-        (lambda: real_bench.run_intrinsic("real_r", settings=5), "must be a dict.*not int 5"),
-        (lambda: real_bench.run_extrinsic("real_r", trials=2.5), "trials.*from 1 to 50, not 2.5"),
-        (lambda: real_bench.run_extrinsic("real_r", trial_steps=0), "trial steps.*not 0"),
-        (lambda: real_bench.run_extrinsic("real_r", jobs=True), "jobs.*not bool True"),
-        (lambda: real_bench.run_extrinsic("real_r", goals=5), "a GoalSet or its file, not int 5"),
-        (lambda: real_bench.make_env(scene="builtin", goals=5), "a GoalSet or its file, not int 5"),
-        (lambda: real_bench.make_env(scene="builtin", max_steps="a"), "max_steps.*not str 'a'"),
-        (lambda: real_bench.score(None), "a Result or its file, not NoneType None"),
-        (lambda: real_bench.compare("no.json", 5), "no.json"),
-        (lambda: real_bench.run_intrinsic(out="no.h5", resume=True), "no.h5 does not exist"),
-        (lambda: real_bench.run_extrinsic("real_r", learned="relearn"), "keep, again, nothing"),
-        (lambda: real_bench.draw_figures("no.h5"), "recording not found: no.h5"),
-        (lambda: real_bench.draw_figures(results="no.json"), "result not found: no.json"),
-        (lambda: real_bench.draw_figures(), "nothing to draw"),
-        (lambda: real_bench.draw_figures("no.h5", run_steps=0), "run steps must be"),
+        (lambda: notebook.run_intrinsic("real_r", out=None), "out must be a path, not NoneType"),
+        (lambda: notebook.run_intrinsic("real_r", scene=3), "scene must be a path, not int 3"),
+        (lambda: notebook.run_extrinsic(run=5), "run must be a path, not int 5"),
+        (lambda: notebook.run_experiment(5), "spec must be a path, not int 5"),
+        (lambda: notebook.score("*.json"), "no result found in .*json"),
+        (lambda: notebook.Recording("."), "is a folder, not a recording"),
+        (lambda: notebook.run_intrinsic("real_r", condition=5), "unknown condition 5"),
+        (lambda: notebook.run_intrinsic("real_r", settings=5), "must be a dict.*not int 5"),
+        (lambda: notebook.run_extrinsic("real_r", trials=2.5), "trials.*from 1 to 50, not 2.5"),
+        (lambda: notebook.run_extrinsic("real_r", trial_steps=0), "trial steps.*not 0"),
+        (lambda: notebook.run_extrinsic("real_r", jobs=True), "jobs.*not bool True"),
+        (lambda: notebook.run_extrinsic("real_r", goals=5), "a GoalSet or its file, not int 5"),
+        (lambda: notebook.make_env(scene="builtin", goals=5), "a GoalSet or its file, not int 5"),
+        (lambda: notebook.make_env(scene="builtin", max_steps="a"), "max_steps.*not str 'a'"),
+        (lambda: notebook.score(None), "a Result or its file, not NoneType None"),
+        (lambda: notebook.compare("no.json", 5), "no.json"),
+        (lambda: notebook.run_intrinsic(out="no.h5", resume=True), "no.h5 does not exist"),
+        (lambda: notebook.run_extrinsic("real_r", learned="relearn"), "keep, again, nothing"),
+        (lambda: notebook.draw_figures("no.h5"), "recording not found: no.h5"),
+        (lambda: notebook.draw_figures(results="no.json"), "result not found: no.json"),
+        (lambda: notebook.draw_figures(), "nothing to draw"),
+        (lambda: notebook.draw_figures("no.h5", run_steps=0), "run steps must be"),
     ],
 )
 def test_slips_in_a_notebook_get_one_clear_line(
@@ -100,7 +103,7 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
     save_goal_set(tiny_goals(builtin_scene), tmp_path / "goals.npy")
     goals = real_bench.load_goals(str(tmp_path / "goals.npy"))
     run, out = str(tmp_path / "run.h5"), str(tmp_path / "score.json")
-    play = {"condition": "OM", "scene": "builtin", "steps": 3000, "out": run}
+    play: dict[str, Any] = {"condition": "OM", "scene": "builtin", "steps": 3000, "out": run}
     with real_bench.run_intrinsic("real_r", **play) as recording:
         assert len(recording.transitions) == 3
         whole, *rest = recording[1], *recording[1:]
@@ -113,14 +116,14 @@ def test_notebook_workflow_runs(builtin_scene: Scene, tmp_path: Path) -> None:
             recording[3]
         assert [each.before.step for each in recording[np.array([2, 0])]] == [2000, 0]
         with pytest.raises(IndexError, match="not str 'last'"):
-            recording["last"]
+            recording["last"]  # type: ignore[index]
         assert repr(recording) == f"<Recording {run}: 3 triplets, OM, builtin>"
     for read in (lambda: recording[1], recording.to_numpy, lambda: recording.n_images):
         with pytest.raises(RecordingError, match="is closed: use it inside"):
             read()
     experience = real_bench.Experience(run, "OM")
     assert len(experience) == 3
-    test = {"run": recording, "goals": goals, "trial_steps": 1000, "out": out}
+    test: dict[str, Any] = {"run": recording, "goals": goals, "trial_steps": 1000, "out": out}
     result = real_bench.run_extrinsic("real_d", **test)
     assert result == real_bench.load_result(out)
     assert repr(result) == f"<Result of real_d, OM, 1 object: {result.score:.3f}, 2 goals>"
@@ -150,13 +153,13 @@ def test_seeds_and_numbers_may_be_numpys(builtin_scene: Scene, tmp_path: Path) -
     """As in ``for seed in np.arange(5)``; and 15e6 is a number of steps."""
     run = tmp_path / "run.h5"
     play = {"condition": "OM", "scene": "builtin", "objects": np.int64(1), "out": run}
-    with real_bench.run_intrinsic("real_r", seed=np.int64(3), steps=2e3, **play) as recording:
+    with notebook.run_intrinsic("real_r", seed=np.int64(3), steps=2e3, **play) as recording:
         assert recording.header.seed == 3
         assert len(recording.transitions) == 2
     test = {"run": run, "run_steps": np.int64(2000), "goals": tiny_goals(builtin_scene)}
     numbers = {"seed": np.int64(4), "trials": np.int64(1), "trial_steps": 1e3, "jobs": np.int64(1)}
     out = tmp_path / "score.json"
-    result = real_bench.run_extrinsic("real_d", **test, **numbers, out=out)
+    result = notebook.run_extrinsic("real_d", **test, **numbers, out=out)
     assert result == real_bench.load_result(out)
     assert (result.setting.seed, result.setting.trial_steps) == (4, 1000)
 
@@ -166,7 +169,7 @@ def test_no_output_replaces_a_file_of_another_kind(builtin_scene: Scene, tmp_pat
     run, goals, code = (tmp_path / name for name in ("run.h5", "goals.npy", "mine.py"))
     save_goal_set(tiny_goals(builtin_scene), goals)
     code.write_text("from real_bench.controllers.real_r import RealR\n")
-    play = {"condition": "OM", "scene": "builtin", "steps": 1000}
+    play: dict[str, Any] = {"condition": "OM", "scene": "builtin", "steps": 1000}
     real_bench.run_intrinsic("real_r", **play, out=run).close()
     before = {file: file.read_bytes() for file in (run, goals, code)}
     for replaced in (run, goals, code):

@@ -49,7 +49,7 @@ def test_the_code_runs(place: Path, page: str, number: int) -> None:
     if "vectorization_mode" in script.read_text():
         script.write_text("if __name__ == '__main__':\n" + indented(script.read_text()))
     own = {**os.environ, "TMPDIR": str(place)}  # where Stable-Baselines3 leaves its logs
-    command = [sys.executable, script]
+    command = [sys.executable, str(script)]
     done = subprocess.run(command, cwd=place, env=own, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 

@@ -61,6 +61,7 @@ def test_only_conditions_with_o_see_objects(condition: str) -> None:
     env = real_bench.make_env(scene="builtin", condition=condition)
     observation, _ = env.reset()
     told = ALWAYS_TOLD | TOLD_WITH_O if condition[0] == "O" else ALWAYS_TOLD
+    assert isinstance(env.observation_space, gymnasium.spaces.Dict)
     assert set(observation) == set(env.observation_space.spaces) == told
     env.close()
 
@@ -123,7 +124,7 @@ def test_trial_shows_its_goal_ends_in_time_and_is_scored(goals: GoalSet) -> None
         assert 0 < info["score"] < 0.2
     for wrong in ({"gaol": 1}, [1]):
         with pytest.raises(RealBenchError, match=r"options of reset\(\) may be"):
-            env.reset(options=wrong)
+            env.reset(options=wrong)  # type: ignore[arg-type]
     again, _ = env.reset(options={"goal": 1})
     assert np.array_equal(again["goal"], goals.goals[1].retina)
     env.close()
@@ -167,7 +168,7 @@ def test_environments_and_simulations_cannot_be_copied(
     env = real_bench.make_env(scene="builtin", condition="OJ")
     env.reset()
     with Simulation(builtin_scene) as simulation:
-        for world in (env, env.unwrapped._task, simulation):
+        for world in (env, env._task, simulation):
             with pytest.raises(SceneError, match=r"copied|two objects"):
                 copied(world)
     env.close()
@@ -179,7 +180,7 @@ def test_simulation_ends_with_its_last_reference() -> None:
     for _ in range(3):
         env = real_bench.make_env(scene="builtin", condition="OM")
         env.reset()
-        clients.append(env.unwrapped._task.simulation.client)
+        clients.append(env._task.simulation.client)
         del env
     gc.collect()
     assert not any(pybullet.getConnectionInfo(client)["isConnected"] for client in clients)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -48,6 +49,6 @@ def test_text_without_options_stays(text: str) -> None:
 
 def test_errors_of_the_api_speak_python(tmp_path: Path) -> None:
     (tmp_path / "run.h5").touch()
-    play = {"condition": "OM", "scene": "builtin", "out": tmp_path / "run.h5"}
+    play: dict[str, Any] = {"condition": "OM", "scene": "builtin", "out": tmp_path / "run.h5"}
     with pytest.raises(OutputError, match=r"use resume=True or overwrite=True, or another out$"):
         real_bench.run_intrinsic("real_r", **play)

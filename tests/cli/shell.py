@@ -42,9 +42,7 @@ def heed_ctrl_c() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def realbench(
-    folder: Path, *arguments: str | Path, code: int = 0
-) -> subprocess.CompletedProcess[str]:
+def realbench(folder: Path, *arguments: object, code: int = 0) -> subprocess.CompletedProcess[str]:
     """Run realbench in a folder; fails the test unless it exits with ``code``.
 
     Its process is a fork of one that has imported the package and knows the physics of this
@@ -69,7 +67,7 @@ def realbench(
     return done
 
 
-def killed_at_work(folder: Path, *arguments: str | Path, results: Path, pause_s: float) -> bool:
+def killed_at_work(folder: Path, *arguments: object, results: Path, pause_s: float) -> bool:
     """Kill realbench a moment after a recording or a result has come; False: it ended before."""
 
     def n_files() -> int:

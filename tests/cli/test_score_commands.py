@@ -4,6 +4,7 @@ import json
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -136,7 +137,7 @@ def test_a_baseline_that_cannot_be_compared_is_refused_before_the_test(
         ({"trial_steps": 2000}, "the baseline has trial steps 2000, the test 10000"),
         ({}, "the baseline is not on the goals of the test"),
     ):
-        fields = {"scene_sha256": builtin_scene.sha256, **changed}
+        fields: dict[str, Any] = {"scene_sha256": builtin_scene.sha256, **changed}
         made([0.3] * 4, **fields).save(submission / "best.json")
         assert told in realbench(submission, *test, code=1).stderr
         assert not (submission / "score.json").exists()

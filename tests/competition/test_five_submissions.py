@@ -47,7 +47,9 @@ def test_good_submission_scores_and_four_bad_ones_get_a_status(place: Path) -> N
         assert row["detail"].startswith(TOLD[row["key"]])
         assert str(place) not in row["detail"]
     cases = {
-        case.name: case.result for suite in JUnitXml.fromfile(place / "j.xml") for case in suite
+        case.name: case.result
+        for suite in JUnitXml.fromfile(str(place / "j.xml"))
+        for case in suite
     }
     kinds = {name: [type(result) for result in results] for name, results in cases.items()}
     assert kinds == {

@@ -47,7 +47,7 @@ def test_new_submission_passes_its_check_unchanged(place: Path) -> None:
     assert "ok  says      Push 🤖, see, by A. Turing, for OM" in done.stdout
     assert "ok  plays " in done.stdout
     assert done.stdout.count("ok ") == 10
-    suite = next(iter(JUnitXml.fromfile(place / "j.xml")))
+    suite = next(iter(JUnitXml.fromfile(str(place / "j.xml"))))
     assert suite.failures == suite.errors == 0
     assert suite.time > 0
     again = realbench(place, "submission", "init", "mine", code=3)
@@ -138,7 +138,7 @@ def test_bad_manifest_is_reported_with_exit_code_3(
     done = realbench(place, "submission", "check", "bad", "--junit", "j.xml", code=3)
     assert told in done.stdout
     assert done.stdout.splitlines()[-1].startswith("NO  fails ")
-    cases = next(iter(JUnitXml.fromfile(place / "j.xml")))
+    cases = next(iter(JUnitXml.fromfile(str(place / "j.xml"))))
     assert [type(each) for case in cases for each in case.result] == [Failure]
 
 
@@ -306,7 +306,7 @@ def test_exit_codes_tell_whose_fault_it_is(place: Path) -> None:
     for controller, code, kind in (("missing", 3, "Failure"), ("crashing", 4, "Error")):
         done = realbench(place, "score", "--controller", controller, *test, *cases, code=code)
         assert "Traceback" not in done.stderr
-        suites = JUnitXml.fromfile(place / "j.xml")
+        suites = JUnitXml.fromfile(str(place / "j.xml"))
         found = [type(each).__name__ for suite in suites for case in suite for each in case.result]
         assert found == [kind]
     realbench(place, "score", "--controller", "no_such_folder", *test, code=1)

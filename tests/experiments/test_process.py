@@ -118,7 +118,12 @@ def test_stop_ends_the_running_job(write_spec: WriteSpec, tmp_path: Path) -> Non
     job = a_play(write_spec, steps=100_000_000)
     processes = Processes(tmp_path / "logs")
     begun = threading.Event()
-    threading.Thread(target=lambda: (begun.wait(60), processes.stop()), daemon=True).start()
+
+    def stop_once_begun() -> None:
+        begun.wait(60)
+        processes.stop()
+
+    threading.Thread(target=stop_once_begun, daemon=True).start()
     with pytest.raises(WorkerLostError):
         processes.do(job, lambda done, busy="": begun.set())
     with pytest.raises(WorkerLostError, match="not started"):

@@ -25,7 +25,7 @@ from tests.scoring.bench import made
 PUSHER = str(Path(__file__).parent / "pusher.py")
 REST = str(Path(__file__).parents[1] / "real_x" / "rests.py")
 
-FEW_STEPS = {"vae": {"steps": 5}}
+FEW_STEPS: dict[str, Any] = {"vae": {"steps": 5}}
 OPTIONS = FigureOptions(FEW_STEPS)
 
 

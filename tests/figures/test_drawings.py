@@ -92,7 +92,7 @@ def test_nothing_is_clipped_or_too_small_to_read(
     assert drawn.x1 < width + 0.01
     assert drawn.y1 < height + 0.01
     texts = [text for text in figure.findobj(Text) if isinstance(text, Text) and text.get_text()]
-    assert min(text.get_fontsize() for text in texts) >= SMALLEST_PT
+    assert min(float(text.get_fontsize()) for text in texts) >= SMALLEST_PT
 
 
 @kinds

@@ -24,7 +24,8 @@ def seen(path: Path, **options: object) -> Play:
 
 def codes(play: Play) -> list[list[float]]:
     assert play.sight is not None
-    return play.sight.codes.states.tolist()
+    states: list[list[float]] = play.sight.codes.states.tolist()
+    return states
 
 
 def test_recorded_weights_are_used_whatever_the_seed(folder: Path) -> None:

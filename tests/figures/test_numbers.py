@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from tests.figures.bench import FEW_STEPS, Test, made_up, only, read, reread
 DRAW = {kind.name: kind.draw for kind in FIGURES}
 
 
-def numbers(name: str, material: FigureData) -> dict[str, NDArray[np.generic]]:
+def numbers(name: str, material: FigureData) -> dict[str, NDArray[Any]]:
     drawing = DRAW[name](material)
     assert drawing is not None
     return {column: np.array(values) for column, values in drawing.numbers.columns.items()}
@@ -191,7 +192,7 @@ def test_logged_numbers_are_drawn_by_name(folder: Path, material: FigureData) ->
     assert columns["step"] == [step for step in range(1000, 6000, 1000) for _ in range(2)]
     assert columns["value"][1::2] == pytest.approx([0.02, 0.04, 0.06, 0.08, 0.1])
     (line,) = panels[0].lines
-    assert line.get_ydata().tolist() == [-1, 1, -1, 1, -1]
+    assert np.asarray(line.get_ydata()).tolist() == [-1, 1, -1, 1, -1]
     early = read(folder / "pushed.h5", options=FigureOptions(FEW_STEPS, run_steps=2000))
     assert len(early[0].logged) == 4
     assert logged.draw(only(material, "two")) is None

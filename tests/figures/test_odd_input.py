@@ -126,16 +126,15 @@ def test_results_that_are_never_averaged_are_drawn_apart(tmp_path: Path) -> None
     """Of another version of the control, or after what other code or settings learned."""
     distances = [0.1, 0.2]
     learned = Learned(code_sha256="1" * 64, settings={"rate": 1})
+    settings: list[dict[str, object]] = [
+        {"learned": learned},
+        {"learned": learned, "control_version": 2},
+        {"learned": learned.model_copy(update={"code_sha256": "8" * 64})},
+        {"learned": learned.model_copy(update={"settings": {"rate": 2}})},
+    ]
     plain, older, by_code, by_settings = (
         changed(made_up(Test(run=str(number) * 64), distances), **changes)
-        for number, changes in enumerate(
-            (
-                {"learned": learned},
-                {"learned": learned, "control_version": 2},
-                {"learned": learned.model_copy(update={"code_sha256": "8" * 64})},
-                {"learned": learned.model_copy(update={"settings": {"rate": 2}})},
-            )
-        )
+        for number, changes in enumerate(settings)
     )
     again = changed(made_up(Test(run="9" * 64), distances), learned=learned)
     assert [len(one.results) for one in series(reread(tmp_path, plain, again), {})] == [2]
@@ -174,7 +173,7 @@ def test_any_number_may_be_logged_and_any_name_be_long(material: FigureData) -> 
 def _inside(figure: Figure) -> bool:
     """Whether all that is written lies on the page."""
     page = figure.bbox
-    legends = [*figure.legends, *(each.get_legend() for each in figure.axes if each.get_legend())]
+    legends = [*figure.legends, *filter(None, (each.get_legend() for each in figure.axes))]
     titles = [each.title for each in figure.axes if each.title.get_text()]
     boxes = [each.get_window_extent() for each in (*legends, *titles)]
     return all(

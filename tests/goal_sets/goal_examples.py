@@ -59,7 +59,7 @@ def official_goal_class():
     Official = type("Goal", (), {"__module__": "real_robots.envs.env"})  # noqa: N806
     names = ("real_robots", "real_robots.envs", "real_robots.envs.env")
     modules = {name: types.ModuleType(name) for name in names}
-    modules[names[-1]].Goal = Official
+    vars(modules[names[-1]]).update(Goal=Official)
     sys.modules.update(modules)
     try:
         yield Official

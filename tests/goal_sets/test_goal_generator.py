@@ -68,7 +68,7 @@ def test_objects_are_kept_apart_except_in_3d(states):
 def test_orientations_are_kept_except_in_3d(scene, states):
     with Simulation(scene, N_OBJECTS) as simulation:
         rest = simulation.object_poses()[:, 3:]
-    drifts = {"2D": [], "2.5D": [], "3D": []}
+    drifts: dict[str, list[float]] = {"2D": [], "2.5D": [], "3D": []}
     for challenge, poses in states:
         drifts[challenge].append(_quaternion_distance(poses[:, 3:], rest).max())
     assert max(drifts["2D"] + drifts["2.5D"]) <= MAX_DRIFT < min(drifts["3D"])

@@ -19,7 +19,9 @@ def test_a_sheet_has_room_for_every_goal(n_goals):
 def test_a_sheet_shows_start_and_goal_in_their_colours():
     red, blue = (np.full((24, 32, 3), colour, np.uint8) for colour in ((255, 0, 0), (0, 0, 255)))
     goal_set = with_goal(make_goal_set(n_goals=1, shape=(24, 32)), retina_before=red, retina=blue)
-    colours = dict(map(reversed, contact_sheet(goal_set).getcolors(10_000)))
+    counts = contact_sheet(goal_set).getcolors(10_000)
+    assert counts is not None
+    colours = {colour: count for count, colour in counts}
     assert colours[(255, 0, 0)] == colours[(0, 0, 255)] == 200 * 150
 
 
@@ -32,7 +34,7 @@ def test_goal_set_with_an_empty_mask_can_be_drawn():
 @pytest.mark.parametrize("title", ["goal 3, 2D: score 0.52", "a long title " * 100])
 def test_strip_shows_its_images_unaltered(title):
     images = np.random.default_rng(0).integers(0, 256, (3, 240, 320, 3), dtype=np.uint8)
-    strip = trial_strip(*images, title)
+    strip = trial_strip(images[0], images[1], images[2], title)
     top, left = MARGIN + 2 * CAPTION_HEIGHT, MARGIN
     shown = np.array(strip)[top : top + 240, left : left + 3 * 320]
     np.testing.assert_array_equal(shown, np.concatenate(list(images), axis=1))

@@ -45,7 +45,7 @@ def test_kit_gives_the_same_commands_however_it_is_run(kit: Path) -> None:
     assert (kit / "learned.npy").read_bytes() == learned
     for jobs in ("1", "2"):
         out = f"jobs{jobs}.json"
-        options = ("--run", "alone.h5", "--as-made", "--jobs", jobs, "--out", out)
+        options: tuple[str, ...] = ("--run", "alone.h5", "--as-made", "--jobs", jobs, "--out", out)
         realbench(kit, "extrinsic", "--controller", CONTROLLER, *TEST, *options)
         assert commands(kit / out) == wanted
     (kit / "learned.npy").unlink()

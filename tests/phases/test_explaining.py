@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -68,7 +69,7 @@ def test_every_decision_is_explained(face_goals: FaceGoals, goals: GoalSet, run:
             assert before["positions_after"] == after["positions_before"]
 
 
-def check_plan(decision: dict[str, object], run: Path) -> None:
+def check_plan(decision: dict[str, Any], run: Path) -> None:
     """Its predictions are outcomes of the triplets that it names."""
     with Recording(run) as recording:
         outcomes = recording.object_poses[recording.transitions["outcome"]]

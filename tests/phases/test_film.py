@@ -55,8 +55,8 @@ def limit_files_to_20_kb() -> None:
 
 def test_unwritable_film_gives_a_one_line_error(goals_path: Path, tmp_path: Path) -> None:
     test = ("extrinsic", "--controller", "real_r", "--condition", "OM", "--scene", SCENE)
-    test += ("--trial-steps", "4000", "--goals", str(goals_path), "--video", "films")
-    command = realbench(*test, eager=True)
+    more = ("--trial-steps", "4000", "--goals", str(goals_path), "--video", "films")
+    command = realbench(*test, *more, eager=True)
     process = start(command, tmp_path, limit_files_to_20_kb)
     _, message = process.communicate()
     assert process.returncode == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from real_bench.errors import ControllerError
 from real_bench.logbook import MAX_ENTRIES, MAX_NAME_LENGTH, add_entry, take_entries
 from real_bench.recording import Recording
 from tests.phases.conftest import FaceGoals, Play, toy
-from tests.recording.bench import SCENE, realbench, recorded_steps, start, wait_for
+from tests.recording.bench import SCENE, has_grown, realbench, recorded_steps, start, wait_for
 
 LOGS = toy("logs:Logs")
 PLAY = ("intrinsic", "--controller", LOGS, "--condition", "OM", "--scene", SCENE, "--resume")
@@ -55,7 +56,7 @@ def test_killed_run_neither_loses_nor_repeats_numbers(play: Play, tmp_path) -> N
     for _ in range(2):
         begun = recorded_steps(out)
         process = start(realbench(*PLAY, "--steps", 15_000_000, eager=True), tmp_path)
-        wait_for(process, lambda begun=begun: recorded_steps(out) > begun)
+        wait_for(process, partial(has_grown, out, begun))
         process.kill()
         process.communicate()
     n_actions = recorded_steps(out) // 1000 + 2

@@ -159,7 +159,9 @@ def test_official_controller_gets_the_official_calls_in_tests(
         first, *rest = calls[3 + 9 * number :][:8]
         check_calls([first, *rest])
         goal = goals.goals[trial_result.goal]
-        assert {call["goal"] for call in (first, *rest)} == {sha256(goal.retina).hexdigest()}
+        assert {call["goal"] for call in (first, *rest)} == {
+            sha256(goal.retina.tobytes()).hexdigest()
+        }
         name = goals.object_names[0]
         np.testing.assert_allclose(first["positions"][name], goal.initial_poses[0, :3], atol=1e-9)
         np.testing.assert_array_equal(first["goal_positions"][name], goal.final_poses[0, :3])

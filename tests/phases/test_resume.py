@@ -7,6 +7,7 @@ import random
 import signal
 import subprocess
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from real_bench.recording import Recording, recorder
 from real_bench.recording.writer import AppendOnlyFile
 from real_bench.text.naming import shareable_name
 from tests.phases.conftest import Play, toy
-from tests.recording.bench import SCENE, realbench, recorded_steps, run, start, wait_for
+from tests.recording.bench import SCENE, has_grown, realbench, recorded_steps, run, start, wait_for
 
 PLAY = ("intrinsic", "--controller", "real_r", "--condition", "OM", "--scene", SCENE, "--resume")
 ENDLESS = realbench(*PLAY, "--steps", 15_000_000, eager=True)
@@ -43,7 +44,7 @@ def test_repeatedly_killed_run_misses_nothing(play: Play, tmp_path: Path) -> Non
     for _ in range(3):
         begun = recorded_steps(out)
         process = start(ENDLESS, tmp_path)
-        wait_for(process, lambda begun=begun: recorded_steps(out) > begun)
+        wait_for(process, partial(has_grown, out, begun))
         kill_after(process, moments.uniform(0, 0.2))
         ends.add(recorded_steps(out))
     whole, finished = resume_for(1500, play)

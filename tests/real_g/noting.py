@@ -20,4 +20,5 @@ class Noting(RealGJ):
         """As REAL-GJ."""
         keys = ("retina", "depth", "joint_positions")
         SEEN.append({key: np.array(observation[key]) for key in keys})
-        return super().next_action(observation)
+        action: Action = super().next_action(observation)
+        return action

@@ -43,7 +43,9 @@ def test_numbers_of_a_push_can_be_recovered(numbers: Any) -> None:
 @given(numbers=numbers_of(JOINT_PUSH))
 def test_numbers_of_a_push_with_joints_can_be_recovered(numbers: Any) -> None:
     action = JOINT_PUSH.action(numbers)
-    np.testing.assert_allclose(JOINT_PUSH.parameters(action), numbers, atol=1e-7)
+    read = JOINT_PUSH.parameters(action)
+    assert read is not None
+    np.testing.assert_allclose(read, numbers, atol=1e-7)
     assert action.duration == JOINT_PUSH.steps == JOINT_PUSH.rest().duration
     check_action(action, CONTROLS["J"]())
 

@@ -4,16 +4,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.optimize import check_grad
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from real_bench.errors import RealBenchError
 from real_bench.real_g.hand_eye import Contingencies, HandEye, _Problem, resample_path
 
+Array = NDArray[np.float64]
+
 LOW, HIGH = np.array([-0.25, -0.5]), np.array([0.05, 0.5])
 
 
-def world(n: int, turn: float, mirror: bool, seed: int, chance: bool = False) -> tuple:
+def world(
+    n: int, turn: float, mirror: bool, seed: int, chance: bool = False
+) -> tuple[Contingencies, Array]:
     """Things near which the hand passes are pushed to its end; with a camera that looks askew."""
     random = np.random.default_rng(seed)
     c, s = np.cos(turn), np.sin(turn)
@@ -87,7 +92,14 @@ def test_gradient_matches_the_cost() -> None:
     )
     problem = _Problem(seen, (LOW + HIGH) / 2, 0.5)
     start = problem._start(np.array([[0.1, 0.2], [0.5, 0.3], [-0.2, 0.6]]))
-    error = check_grad(lambda x: problem.cost(x)[0], lambda x: problem.cost(x)[1], start)
+
+    def cost(parameters: Array) -> float:
+        return problem.cost(parameters)[0]
+
+    def gradient(parameters: Array) -> Array:
+        return problem.cost(parameters)[1]
+
+    error = check_grad(cost, gradient, start)
     assert error < 1e-3 * np.linalg.norm(problem.cost(start)[1])
 
 

@@ -16,7 +16,6 @@ Array = NDArray[np.float64]
 LOW, HIGH = np.array([-0.25, -0.5]), np.array([0.25, 0.5])
 METRES_A_PIXEL = 0.005
 DISTANCE = 8.0
-NEAREST = cv2.INTER_NEAREST
 
 
 def xy_of(pixels: Array) -> Array:
@@ -157,6 +156,11 @@ def test_no_object_is_known_before_anything_moved() -> None:
     assert objects.look(image).shape == (0, 3)
 
 
+def resized(pixels: Array, width: int, height: int) -> NDArray[np.uint8]:
+    image = painted(pixels, (RED, BLUE))
+    return np.asarray(cv2.resize(image, (width, height), interpolation=cv2.INTER_NEAREST), np.uint8)
+
+
 @pytest.mark.parametrize("share", [0.5, 2.0])
 def test_rows_do_not_depend_on_how_large_images_are(
     learned: tuple[ImageObjects, Array], share: float
@@ -166,8 +170,7 @@ def test_rows_do_not_depend_on_how_large_images_are(
     objects = ImageObjects(LOW, HIGH)
     depth = np.full((height, width), 1 - 1 / DISTANCE)
     for pixels, path in play(len(learned[1])):
-        image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
-        objects.see(image, depth)
+        objects.see(resized(pixels, width, height), depth)
         objects.act(path)
     rows, truth = objects.rows(), learned[1]
     assert rows.shape == (len(truth), 2, 3)
@@ -184,11 +187,9 @@ def test_a_given_map_serves_images_of_any_size(share: float) -> None:
     objects = ImageObjects(LOW, HIGH, np.array([[0.0, 0.0], [0.0, scale], [scale, 0.0]]))
     depth = np.full((height, width), 1 - 1 / DISTANCE)
     for pixels, path in play(40):
-        image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
-        objects.see(image, depth)
+        objects.see(resized(pixels, width, height), depth)
         objects.act(path)
     pixels = pixels_of(np.array([[0.0, 0.0], [0.12, -0.3]]))
-    image = cv2.resize(painted(pixels, (RED, BLUE)), (width, height), interpolation=NEAREST)
-    found = objects.look(image)[:, :2]
+    found = objects.look(resized(pixels, width, height))[:, :2]
     away = np.linalg.norm(found[:, None] - xy_of(pixels), axis=2)
     assert away.min(axis=1).max() < 0.01

@@ -174,7 +174,8 @@ def test_family_keeps_members_of_rare_situations() -> None:
 
 
 def _relative(row: Array, numbers: Array) -> Array:
-    return Relation(HAND).relative(row[None], numbers[None])[0]
+    relative: Array = Relation(HAND).relative(row[None], numbers[None])[0]
+    return relative
 
 
 @pytest.mark.parametrize("deed", DEEDS)

@@ -107,7 +107,7 @@ def test_levels_of_sameness_and_effect_match_the_definitions(
 
 
 def test_sameness_and_effect_match_a_hand_calculation() -> None:
-    abstraction = DynamicAbstraction([[0.0, 1.0], [0.5, 1.0], [1.0, 2.0]])
+    abstraction = DynamicAbstraction(np.array([[0.0, 1.0], [0.5, 1.0], [1.0, 2.0]]))
     differences = np.array([[0.0, 0.0], [0.5, 0.0], [0.25, 1.0], [1.0, 0.0], [0.0, 9.0]])
     assert abstraction.first_same_level(differences).tolist() == [1, 2, 2, 3, 3]
     assert abstraction.effective_below(differences).tolist() == [0, 1, 1, 2, 3]

@@ -356,7 +356,7 @@ def test_states_are_the_positions_of_all_objects(
 
 
 def test_cut_action_is_not_used_for_planning(builtin_scene: Scene, play: Play) -> None:
-    ready = made("real_d", builtin_scene, play("real_d", 4500))
+    ready: Any = made("real_d", builtin_scene, play("real_d", 4500))
     assert ready._planner is not None
     assert len(ready._planner.triplets) == 4
 

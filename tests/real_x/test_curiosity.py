@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ def test_resumed_run_chooses_like_an_uninterrupted_one(
         if action is None:
             expected = lived.choose(seen, iter(proposed).__next__)
         else:
-            lived.choose(seen, lambda action=action: action)
+            lived.choose(seen, repeat(action).__next__)
     recalls.recall(experience)
     chosen = recalls.choose(seen, iter(proposed).__next__)
     np.testing.assert_array_equal(chosen.commands, expected.commands)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium.spaces import Box
 
 from real_bench.actions import Action, check_action
 from real_bench.conditions import CONDITION_NAMES, Condition
@@ -32,7 +33,7 @@ def test_actions_are_whole_and_within_the_space(builtin_scene: Scene, name: str)
         assert (checked.n_steps == action.n_steps).all()
         assert action.duration == 1000
         for command in chosen(action, condition.control):
-            assert as_dict(command, condition.control) in space
+            assert space.contains(as_dict(command, condition.control))
 
 
 def as_dict(command: np.ndarray, control: str) -> dict[str, Any]:
@@ -61,6 +62,7 @@ def test_draws_fill_the_space(builtin_scene: Scene, name: str) -> None:
     space = action_space(builtin_scene, condition)
     box = space["macro_action" if name == "OM" else "joint_command"]
     drawn = np.vstack([chosen(action, condition.control) for action in draws(space, 0, 1000)])
+    assert isinstance(box, Box)
     low, high = box.low.reshape(-1), box.high.reshape(-1)
     np.testing.assert_allclose(drawn.min(axis=0), low, atol=0.02 * (high - low).max())
     np.testing.assert_allclose(drawn.max(axis=0), high, atol=0.02 * (high - low).max())

@@ -64,7 +64,7 @@ def test_neighbours_at_the_threshold_match_brute_force(scale: float, offset: flo
     """Far from zero, rounding is larger than the differences that matter."""
     random = np.random.default_rng(0)
     for n_variables in (1, 2, 14):
-        states = offset + random.integers(-3, 4, (200, n_variables)) * scale
+        states = offset + random.integers(-3, 4, (200, n_variables)) * np.float64(scale)
         nodes = np.flatnonzero(random.random(200) < 0.8)
         for edges in (1, 2, 4):
             near = np.full(n_variables, edges * scale)

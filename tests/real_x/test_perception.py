@@ -60,7 +60,9 @@ def test_strong_blur_spreads_a_change_to_every_cell(row: int, column: int) -> No
 
     def changed(blur: float) -> np.ndarray:
         perception = BlurredImages(20, 15, blur)
-        return perception.state({"retina": before}) != perception.state({"retina": after})
+        return np.asarray(
+            perception.state({"retina": before}) != perception.state({"retina": after})
+        )
 
     assert changed(3.0).all()
     assert np.flatnonzero(changed(0.0)).tolist() == [20 * row + column]
@@ -81,4 +83,4 @@ def test_more_cells_than_fit_into_memory_are_refused() -> None:
             return 15_000
 
     with pytest.raises(RealBenchError, match=r"320 x 240 cells would take 64\.5 GB .* fewer cells"):
-        BlurredImages(320, 240, 3.0).triplets(Many())
+        BlurredImages(320, 240, 3.0).triplets(Many())  # type: ignore[arg-type]

@@ -101,7 +101,9 @@ def best_by_trying_all(problem: Problem) -> tuple[int, int, float] | None:
             if same(outcomes[t], goal, near)
             and problem.gap(outcomes[t]) < problem.gap(problem.here)
         }
-        sequences = [(t,) for t in useful if same(problem.here, states[t], near)]
+        sequences: list[tuple[int, ...]] = [
+            (t,) for t in useful if same(problem.here, states[t], near)
+        ]
         for n_actions in range(1, problem.depth + 1):
             if gaps := [ends[sequence[-1]] for sequence in sequences if sequence[-1] in ends]:
                 return level, n_actions, min(gaps)
@@ -123,8 +125,8 @@ def test_no_sequence_of_triplets_is_better_than_the_plan(problem: Problem) -> No
     check_that_none_is_better(problem)
 
 
-@pytest.mark.parametrize("unit", [0.1, 0.125])
-def test_no_sequence_is_better_where_long_ones_are_needed(unit: float) -> None:
+@pytest.mark.parametrize("unit", [np.float64(0.1), np.float64(0.125)])
+def test_no_sequence_is_better_where_long_ones_are_needed(unit: np.float64) -> None:
     random, lengths = np.random.default_rng(1), set()
     for _ in range(400):
         way = np.cumsum(random.integers(-5, 6, (9, random.integers(1, 4))), axis=0) * unit
@@ -206,14 +208,22 @@ def test_planner_plans_the_same_when_reused_or_copied(problem: Problem) -> None:
     assert copy.deepcopy(planner).plan(problem.here, problem.goal, problem.depth) == problem.plan()
 
 
+def levels(*thresholds: list[float]) -> DynamicAbstraction:
+    return DynamicAbstraction(np.array(thresholds))
+
+
+def moves(states: list[list[float]], outcomes: list[list[float]]) -> Triplets:
+    return Triplets(np.array(states), np.array(outcomes))
+
+
 def steps_of_ten_centimetres(n: int) -> Triplets:
     """Along a line from 0, a centimetre short of it each time: state 0.1 k to 0.1 k + 0.09."""
-    starts = np.arange(n)[:, None] * 0.1
+    starts = np.arange(n, dtype=np.float64)[:, None] * 0.1
     return Triplets(starts, starts + 0.09)
 
 
 def test_plans_match_a_hand_calculation() -> None:
-    planner = Planner(steps_of_ten_centimetres(5), DynamicAbstraction([[0.005], [0.02], [0.05]]))
+    planner = Planner(steps_of_ten_centimetres(5), levels([0.005], [0.02], [0.05]))
     assert planner.plan([0.101], [0.195]) == Plan(1, (1,), 0)
     assert planner.plan([0.101], [0.192]) == Plan(0, (1,), 0)
     plan = planner.plan([0.1], [0.395])
@@ -225,7 +235,7 @@ def test_plans_match_a_hand_calculation() -> None:
 
 
 def test_plan_length_is_limited_by_the_depth() -> None:
-    planner = Planner(steps_of_ten_centimetres(30), DynamicAbstraction([[0.02]]))
+    planner = Planner(steps_of_ten_centimetres(30), levels([0.02]))
     goal = [1.09]
     assert planner.plan([0.0], goal, depth=11).triplets == tuple(range(11))
     assert planner.plan([0.0], goal, depth=10).level is None
@@ -235,22 +245,20 @@ def test_plan_length_is_limited_by_the_depth() -> None:
 
 def test_nearest_end_wins_among_equally_short_plans() -> None:
     outcomes = [[0.5, 0.53], [0.52, 0.52], [0.5, 0.51], [0.49, 0.52]]
-    planner = Planner(Triplets(np.zeros((4, 2)), outcomes), DynamicAbstraction([[0.1, 0.1]]))
+    planner = Planner(Triplets(np.zeros((4, 2)), np.array(outcomes)), levels([0.1, 0.1]))
     assert planner.plan([0, 0], [0.5, 0.5]).triplets == (2,)
 
 
 def test_shorter_plan_wins_even_if_it_ends_farther_away() -> None:
-    triplets = Triplets([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
-    plan = Planner(triplets, DynamicAbstraction([[0.1]])).plan([0.0], [1.0])
+    triplets = moves([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
+    plan = Planner(triplets, levels([0.1])).plan([0.0], [1.0])
     assert plan.triplets == (0,)
 
 
 def test_shorter_plan_wins_even_if_it_first_leads_away() -> None:
     """Two actions by way of -0.5, and three that come nearer each time."""
-    triplets = Triplets(
-        [[0.0], [0.33], [0.67], [0.0], [-0.5]], [[0.33], [0.67], [1.0], [-0.5], [1.0]]
-    )
-    plan = Planner(triplets, DynamicAbstraction([[0.02]])).plan([0.0], [1.0])
+    triplets = moves([[0.0], [0.33], [0.67], [0.0], [-0.5]], [[0.33], [0.67], [1.0], [-0.5], [1.0]])
+    plan = Planner(triplets, levels([0.02])).plan([0.0], [1.0])
     assert plan.triplets == (3, 4)
 
 
@@ -258,7 +266,7 @@ def test_plan_may_jump_within_the_threshold_between_actions() -> None:
     """The first variable is moved by actions; in the second, all that matters is the threshold."""
     states = [[0.0, 9.0], [1.0, 15.0], [0.0, 9.9], [0.6, 15.0], [1.3, 15.0]]
     outcomes = [[1.0, 9.0], [2.0, 15.0], [0.6, 9.9], [1.3, 15.0], [2.0, 15.0]]
-    planner = Planner(Triplets(states, outcomes), DynamicAbstraction([[0.05, 10.0]]))
+    planner = Planner(moves(states, outcomes), levels([0.05, 10.0]))
     assert planner.plan([0.0, 0.0], [2.0, 15.0]).triplets == (0, 1)
 
 
@@ -266,26 +274,26 @@ def test_plan_may_jump_within_the_threshold_between_actions() -> None:
 def test_same_plan_is_taken_among_equally_good_ones(order: tuple[int, ...]) -> None:
     corners = np.array([[0.375, 0.375], [0.375, 0.625], [0.625, 0.375], [0.625, 0.625]])
     triplets = Triplets(np.zeros((4, 2)), corners[list(order)])
-    plan = Planner(triplets, DynamicAbstraction([[0.25, 0.25]])).plan([0.0, 0.0], [0.5, 0.5])
+    plan = Planner(triplets, levels([0.25, 0.25])).plan([0.0, 0.0], [0.5, 0.5])
     assert [order[number] for number in plan.triplets] == [0]
 
 
 def test_finer_level_wins_even_if_its_plan_is_longer() -> None:
-    triplets = Triplets([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
-    plan = Planner(triplets, DynamicAbstraction([[0.01], [0.1]])).plan([0.0], [1.0])
+    triplets = moves([[0.0], [0.0], [0.5]], [[0.95], [0.5], [1.0]])
+    plan = Planner(triplets, levels([0.01], [0.1])).plan([0.0], [1.0])
     assert (plan.level, plan.triplets) == (0, (1, 2))
 
 
 @pytest.mark.parametrize(("outcome", "n_actions"), [(0.0625, 1), (0.125, 0), (0.1875, 0)])
 def test_a_plan_must_end_nearer_to_the_goal_than_it_begins(outcome: float, n_actions: int) -> None:
     """Before, the gap is 0.25; after, it is 0.125 more than in the second variable."""
-    abstraction = DynamicAbstraction([[0.25, 0.25]])
-    planner = Planner(Triplets([[0.0, 0.0]], [[0.375, outcome]]), abstraction)
+    abstraction = levels([0.25, 0.25])
+    planner = Planner(moves([[0.0, 0.0]], [[0.375, outcome]]), abstraction)
     assert len(planner.plan([0.0, 0.0], [0.25, 0.0]).triplets) == n_actions
 
 
 def test_identical_states_are_not_the_same_where_a_threshold_is_zero() -> None:
-    planner = Planner(Triplets([[0.0, 1.0]], [[1.0, 1.0]]), DynamicAbstraction([[0.5, 0.0]]))
+    planner = Planner(moves([[0.0, 1.0]], [[1.0, 1.0]]), levels([0.5, 0.0]))
     assert planner.plan([0.0, 1.0], [1.0, 1.0]).level is None
     assert planner.plan([0.0, 1.0], [0.0, 1.0]).level is None
 
@@ -314,14 +322,14 @@ def test_without_triplets_there_is_no_plan(n_variables: int) -> None:
 def test_states_and_goals_that_do_not_fit_are_refused(
     state: list[float], goal: list[float], complaint: str
 ) -> None:
-    planner = Planner(Triplets([[0.0, 0.0]], [[1.0, 1.0]]), DynamicAbstraction([[0.1, 0.1]]))
+    planner = Planner(moves([[0.0, 0.0]], [[1.0, 1.0]]), levels([0.1, 0.1]))
     with pytest.raises(RealBenchError, match=complaint):
         planner.plan(state, goal)
 
 
 def test_an_abstraction_of_other_variables_is_refused() -> None:
     with pytest.raises(RealBenchError, match="3 variables, the triplets have 2"):
-        Planner(Triplets(np.zeros((1, 2)), np.ones((1, 2))), DynamicAbstraction([[0.1] * 3]))
+        Planner(Triplets(np.zeros((1, 2)), np.ones((1, 2))), levels([0.1] * 3))
 
 
 def test_tiny_thresholds_do_not_break_the_search() -> None:

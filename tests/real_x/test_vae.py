@@ -134,4 +134,4 @@ def test_the_number_of_threads_does_not_matter() -> None:
         codes.append(trained(images, epochs=2).encode(images))
         assert torch.get_num_threads() == threads
     torch.set_num_threads(before)
-    np.testing.assert_array_equal(*codes)
+    np.testing.assert_array_equal(codes[0], codes[1])

@@ -34,10 +34,10 @@ def realbench(*arguments: object, eager: bool = False) -> list[str]:
 
     An eager one writes its recording at every action, and makes shorter trials.
     """
-    program = [Path(sys.executable).with_name("realbench")]
+    program = [str(Path(sys.executable).with_name("realbench"))]
     if eager:
         program = [sys.executable, "-c", EAGER]
-    return [str(part) for part in (*program, *arguments)]
+    return [*program, *map(str, arguments)]
 
 
 def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
@@ -59,6 +59,10 @@ def recorded_steps(path: Path) -> int:
         return 0
     with Recording(path) as recording:
         return recording.n_steps
+
+
+def has_grown(path: Path, n_steps: int) -> bool:
+    return recorded_steps(path) > n_steps
 
 
 def wait_until(condition: Callable[[], bool]) -> None:

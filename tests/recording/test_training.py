@@ -37,7 +37,7 @@ def test_triplets_match_the_tables(cut_path: Path, cut_run: Recording) -> None:
             cut_run[beyond]
     for size in (64, (64,), (0, 3), (6.5, 3), "ab"):
         with pytest.raises(RecordingError, match="an image size is"):
-            cut_run.to_numpy(image_size=size)
+            cut_run.to_numpy(image_size=size)  # type: ignore[arg-type]
 
 
 def test_images_are_the_same_in_every_slice(image_path: Path) -> None:

@@ -269,7 +269,8 @@ def test_a_reader_always_finds_a_whole_file(tmp_path: Path) -> None:
     out = tmp_path / "run.h5"
     writer = start(ENDLESS, tmp_path)
     wait_for(writer, out.exists)
-    lengths, known = set(), []
+    lengths: set[int] = set()
+    known: list[Any] = []
     while len(lengths) < 10:
         assert writer.poll() is None, writer.communicate()
         with Recording(out) as recording:
@@ -287,10 +288,11 @@ def test_neither_readers_nor_second_writers_disturb_a_writer(tmp_path: Path, sce
     out = tmp_path / "run.h5"
     writer = start(ENDLESS, tmp_path)
     wait_for(writer, lambda: recorded_steps(out) >= 1000)
+    choices: list[dict[str, Any]] = [{"resume": True}, {"overwrite": True}]
     second = IntrinsicPhase("real_r", Condition.parse("IM"), 1, scene, ENDLESS_STEPS, 0, out)
     with Recording(out) as held, out.open("rb") as raw:
         content, n_steps = content_hash(raw), held.n_steps
-        for choice in ({"resume": True}, {"overwrite": True}):
+        for choice in choices:
             with pytest.raises(RecordingError, match="being written by another process"):
                 second.run(ignore, **choice)
         wait_for(writer, lambda: recorded_steps(out) > n_steps + 3000)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import av
@@ -49,7 +50,7 @@ def test_any_part_is_replayed_bit_for_bit(recorded: Path, first: int, last: int)
     assert min(seen) == rows["first_step"][0]
 
 
-def frames_of(path: Path) -> list[NDArray[np.uint8]]:
+def frames_of(path: Path) -> list[NDArray[Any]]:
     with av.open(str(path)) as opened:
         stream = opened.streams.video[0]
         assert (stream.codec_context.name, stream.codec_context.pix_fmt) == ("h264", "yuv420p")

@@ -77,7 +77,7 @@ class Remembers(Controller):
     """All that its experience tells."""
 
     def use_experience(self, experience: Experience) -> None:
-        parts = [experience.joint_positions, experience.durations, experience.outcomes]
+        parts: list[Any] = [experience.joint_positions, experience.durations, experience.outcomes]
         if experience.sees_objects:
             parts += [experience.positions_before(), experience.positions_after()]
         else:

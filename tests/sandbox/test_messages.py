@@ -55,7 +55,7 @@ def parts(message: bytes) -> tuple[bytes, bytes]:
 
 def same(a: Any, b: Any) -> bool:
     if isinstance(a, np.ndarray):
-        return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+        return bool(a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes())
     if isinstance(a, list):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, dict):
@@ -211,7 +211,7 @@ def test_spinning_receiver_gets_the_same_values(values: list[Any], vain: int) ->
         for _ in range(vain):
             with pytest.raises(DeadlineExceeded):
                 receiver.receive(ANY, time.monotonic() + 0.002)
-        thread = threading.Thread(target=lambda: [sender.send(value) for value in values])
+        thread = threading.Thread(target=lambda: list(map(sender.send, values)))
         thread.start()
         assert all(same(receiver.receive(ANY), value) for value in values)
         thread.join()

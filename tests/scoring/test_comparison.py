@@ -47,6 +47,7 @@ def test_comparison_matches_a_hand_calculation() -> None:
 def test_swapped_comparison_says_the_opposite(a: list[float], b: list[float]) -> None:
     one, other = (compare([made(x)], [made(y)]).score for x, y in ((a, b), (b, a)))
     assert one.difference == pytest.approx(-other.difference)
+    assert other.improvement is not None
     assert one.improvement == pytest.approx(1 - other.improvement)
     assert one.interval is not None
     assert other.interval is not None

@@ -54,7 +54,7 @@ def test_equal_values_have_an_interval_of_zero_width() -> None:
 
 def test_interval_width_matches_theory() -> None:
     values = np.random.default_rng(1).normal(5, 2, size=400)
-    interval = over_goals(values)
+    interval = over_goals(values.tolist())
     assert interval is not None
     half = 1.96 * values.std() / 20
     assert interval.low == pytest.approx(values.mean() - half, abs=0.1 * half)
@@ -62,7 +62,7 @@ def test_interval_width_matches_theory() -> None:
 
 
 def test_interval_depends_on_the_seed() -> None:
-    values = np.random.default_rng(1).uniform(size=20)
+    values = np.random.default_rng(1).uniform(size=20).tolist()
     assert over_goals(values, seed=1) != over_goals(values, seed=2)
     assert over_goals(values) == over_goals(values, seed=0)
 

@@ -63,7 +63,7 @@ def test_classes_are_in_the_papers_order_and_add_up(
     assert total.n_goals == len(outcomes) == sum(row.n_goals for row in classes)
     weights = [row.n_goals for row in classes]
     for name in ("score", "distance", "success"):
-        by_class = [row.means[name].value for row in classes]
+        by_class = np.array([row.means[name].value for row in classes], np.float64)
         assert total.means[name].value == pytest.approx(np.average(by_class, weights=weights))
     score = total.means["score"].value
     assert score == pytest.approx(np.mean([trial.score for trial in made]))

@@ -57,7 +57,7 @@ def test_an_unfinished_result_fails() -> None:
 
 def test_known_part_of_the_goals_passes_only_with_allow_part() -> None:
     """Whoever tests a part must say so: a result that leaves out the hard goals must not pass."""
-    known = {"sizes": {"5" * 64: 3}}
+    known: dict[str, Any] = {"sizes": {"5" * 64: 3}}
     whole, part = (made([0.1] * n, goals_sha256="5" * 64) for n in (3, 1))
     assert judge([whole], **known).passed
     assert judge([part]).passed  # nobody knows that there are more
@@ -112,7 +112,7 @@ def test_results_of_different_tests_are_refused() -> None:
 def test_no_side_averages_different_tests(changes: dict[str, Any], told: str) -> None:
     """Neither what is judged nor the baseline, nor either side of a comparison."""
     learned = Learned(code_sha256="6" * 64, settings={})
-    base = {"learned": learned, "learned_from": "state"}
+    base: dict[str, Any] = {"learned": learned, "learned_from": "state"}
     one, alike = (made([0.1] * 20, seed, **base) for seed in (0, 1))
     other = made([0.1] * 20, 1, **{**base, **changes})
     early = made([0.1] * 20, 1, learned=learned)  # which does not say what it learned from
@@ -166,8 +166,9 @@ def test_both_reports_say_what_failed() -> None:
 
 @pytest.mark.parametrize("field", ["controller", "scene", "condition"])
 def test_names_with_control_characters_are_refused(field: str) -> None:
+    changes: dict[str, Any] = {field: "\x1b]0;title\x07"}
     with pytest.raises(ValueError, match="a name must be printable"):
-        made([0.1], **{field: "\x1b]0;title\x07"})
+        made([0.1], **changes)
 
 
 def test_controller_failure_is_in_both_reports() -> None:

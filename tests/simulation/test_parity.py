@@ -57,11 +57,8 @@ def test_parity_with_the_recording(name: str, official_scene: Scene, shared: Pat
                     )
             if is_end:
                 image = simulation.image()
-                for ours, theirs in zip(
-                    (image.retina, image.depth, image.mask),
-                    ("image", "depth", "segmentation"),
-                    strict=True,
-                ):
+                senses: list[np.ndarray[Any, Any]] = [image.retina, image.depth, image.mask]
+                for ours, theirs in zip(senses, ("image", "depth", "segmentation"), strict=True):
                     assert np.array_equal(ours, recorded[theirs][n_images]), f"{theirs} at {step}"
                 n_images += 1
     assert n_images == len(recorded["image"])

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -136,7 +137,7 @@ class Bait(list[Any]):
     """Notices when it is written to a file; holds nothing else."""
 
     def __iter__(self) -> Iterator[Any]:
-        frame = sys._getframe()
+        frame: FrameType | None = sys._getframe()
         while frame is not None and frame.f_code is not save_state.__code__:
             frame = frame.f_back
         if frame is not None:

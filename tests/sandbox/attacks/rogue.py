@@ -302,10 +302,12 @@ class Patches(Controller):
         def perfect(*arguments: Any) -> Any:
             return np.ones(1)
 
-        real_bench.scoring.metric.object_scores = perfect
-        real_bench.scoring.metric.distances = lambda *arguments: np.zeros(1)
-        real_bench.actions.MAX_MAGNITUDE = np.inf
-        real_bench.actions.check_action = lambda action, control: action
+        metric: Any = real_bench.scoring.metric
+        metric.object_scores = perfect
+        metric.distances = lambda *arguments: np.zeros(1)
+        actions: Any = real_bench.actions
+        actions.MAX_MAGNITUDE = np.inf
+        actions.check_action = lambda action, control: action
 
     def next_action(self, observation: Mapping[str, Any]) -> Action:
         return Action.macro(MACRO)
