@@ -18,6 +18,7 @@ from real_bench.competition.verified import KeptVerdict
 from real_bench.errors import ExperimentError
 from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.scoring.columns import ABSENT
+from real_bench.scoring.parts import describe_sum
 from real_bench.scoring.statistics import OVER_GOALS, OVER_PLAYS_AND_GOALS
 from real_bench.text.counting import counted
 from real_bench.text.naming import scene_name
@@ -116,7 +117,7 @@ def title(board: Leaderboard) -> str:
 def notes(board: Leaderboard) -> list[str]:
     """What is to be said below it."""
     facts, rows = board.facts, board.rows
-    lines = [_describe_task(facts)]
+    lines = [_describe_task(facts), *describe_sum(facts.objects)]
     overs = {
         row.summary.score.interval.over
         for row in rows

@@ -17,6 +17,7 @@ from real_bench.goal_sets.goal import CHALLENGES
 from real_bench.physics import mixture
 from real_bench.scoring.columns import ABSENT, drop_empty_columns
 from real_bench.scoring.metric import METRICS, SCORE
+from real_bench.scoring.parts import describe_sum
 from real_bench.scoring.repeats import ENOUGH_PLAYS
 from real_bench.scoring.statistics import (
     MIN_PLAYS,
@@ -150,6 +151,8 @@ def notes(spec: Spec, rows: Sequence[Row]) -> list[str]:
         "; ".join(LEGEND[heading] for heading in columns(rows)[0] if heading in LEGEND),
         *(f"{row.cell.name}: {quoted(row.cell.note, MAX_LENGTH)}" for row in rows if row.cell.note),
     ]
+    for n_objects in sorted({row.cell.objects for row in rows}):
+        lines += describe_sum(n_objects)
     if any(row.difference is not None and not row.is_enough for row in rows):
         lines.append(f"{FEW} fewer than {ENOUGH_PLAYS} plays: too few to compare")
     for reason in dict.fromkeys(reason for row in rows for reason in row.unlike_published):

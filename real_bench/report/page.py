@@ -9,6 +9,7 @@ from pathlib import Path
 from real_bench.files.atomic import write_atomically
 from real_bench.report.html import packaged_text, render_html
 from real_bench.report.parts import RecordingEntry, ResultEntry
+from real_bench.scoring.parts import describe_play, describe_sum
 from real_bench.text.naming import display_name
 
 
@@ -70,5 +71,7 @@ def render(report: Report) -> str:
         packaged_text(__package__, "page.html.jinja"),
         report=report,
         display_name=display_name,
+        describe_play=describe_play,
+        describe_sum=describe_sum,
         style=packaged_text(__package__, "page.css"),
     )

@@ -1,4 +1,4 @@
-"""Remarks on results that say less than they seem to: of a part of the goals, or of few."""
+"""Remarks on results that are easily misread: a part, few goals, several objects, no learning."""
 
 from __future__ import annotations
 
@@ -30,3 +30,9 @@ def describe_play(setting: Setting) -> str:
     play = f"{setting.run_steps:,} steps of play"
     made = setting.learned_from == "nothing"
     return f"as made, nothing learned from {play}" if made else f"after {play}"
+
+
+def describe_sum(n_objects: int) -> list[str]:
+    """A line if a score is one of several objects, which could be taken for one of 1."""
+    told = f"scores of {n_objects} objects are added: they go up to {n_objects}"
+    return [told] if n_objects > 1 else []

@@ -8,7 +8,7 @@ from typing import Any
 from real_bench.physics import mixture, physics_of
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.one_test import mixed_sources, sources_of
-from real_bench.scoring.parts import describe_part, warn_of_few
+from real_bench.scoring.parts import describe_part, describe_sum, warn_of_few
 from real_bench.scoring.repeats import ENOUGH_PLAYS
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import MIN_PLAYS
@@ -71,6 +71,7 @@ def remarks(comparison: Comparison, a: Sequence[Result], b: Sequence[Result]) ->
     physics = mixture([physics_of(result.setting.versions) for result in both])
     return [
         *describe_part(both),
+        *describe_sum(both[0].setting.objects),
         *warn_of_few(len(comparison.goals)),
         *_describe_plays(comparison),
         *mixed,

@@ -12,7 +12,7 @@ from real_bench.lengths import TRIAL_STEPS
 from real_bench.scoring.columns import drop_empty_columns
 from real_bench.scoring.comparison import Comparison
 from real_bench.scoring.metric import METRICS, SCORE
-from real_bench.scoring.parts import describe_part, describe_play, warn_of_few
+from real_bench.scoring.parts import describe_part, describe_play, describe_sum, warn_of_few
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.sides import MAX_LENGTH, NAMES, distinguishing, remarks
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
@@ -52,7 +52,11 @@ def score_table(result: Result) -> Group:
         if cells[0] == TOTAL:
             table.add_section()
         table.add_row(*cells)
-    notes = describe_part([result]) + warn_of_few(len(result.trials))
+    notes = [
+        *describe_part([result]),
+        *describe_sum(result.setting.objects),
+        *warn_of_few(len(result.trials)),
+    ]
     return Group(describe_test(result.setting), table, *notes)
 
 

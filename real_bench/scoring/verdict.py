@@ -15,7 +15,7 @@ from real_bench.physics import mixture, physics_of
 from real_bench.scoring.comparison import Comparison, compare
 from real_bench.scoring.metric import METRICS
 from real_bench.scoring.one_test import check_one_test, mixed_sources, sources_of
-from real_bench.scoring.parts import describe_play
+from real_bench.scoring.parts import describe_play, describe_sum
 from real_bench.scoring.repeats import RepeatsSummary, by_goal, summarise_repeats
 from real_bench.scoring.result import Result, Setting
 from real_bench.scoring.statistics import OVER_GOALS, interval_heading
@@ -226,6 +226,7 @@ def markdown(verdict: Verdict) -> str:
             "github",
             disable_numparse=True,
         ),
+        *describe_sum(setting.objects),
         *filter(None, [mixture(verdict.physics), mixed_sources(verdict.sources)]),
     ]
     return "\n\n".join(parts) + "\n"
