@@ -71,6 +71,11 @@ class Header(Record):
     def _condition_exists(cls, name: str) -> str:
         return Condition.parse(name).name
 
+    @property
+    def command_size(self) -> int:
+        """How many numbers a command vector has."""
+        return Condition.parse(self.condition).control_type.size
+
     def differences(self, other: Header) -> list[str]:
         """Why a run with another header cannot continue this one, as ``field: mine, not yours``."""
         changed = [

@@ -15,31 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from real_bench.actions import Action
-from real_bench.conditions import Condition
 from real_bench.errors import RecordingError
-from real_bench.files.kinds import RUN_FORMAT
 from real_bench.inputs.numeric import short
 from real_bench.recording.arrays import MOMENTS, images_of, table_of
 from real_bench.recording.columns import read_poses
 from real_bench.recording.header import Header
 from real_bench.recording.images import ImageReader
+from real_bench.recording.layout import check_layout, check_rows, read_version
 from real_bench.recording.opening import open_hdf5
 from real_bench.recording.schema import (
     LOGGED,
     POSES,
-    READABLE_VERSIONS,
     STATE,
     command_type,
-    stored_types,
     with_text,
 )
 from real_bench.recording.state import ControllerState, load_state
 from real_bench.recording.triplet import State, Triplet
 from real_bench.recording.validation import (
-    check_attributes,
     check_dataset,
-    check_group,
-    check_images,
     check_pieces,
     check_sizes,
 )
@@ -70,9 +64,9 @@ class Recording:
             self._file = open_hdf5(path, "r")
         try:
             with self._guard():
-                version = self._checked_version()
+                version = read_version(self._file, path)
                 self.header = Header.from_attributes(dict(self._file.attrs))
-                self._check_safe(version)
+                check_layout(self._file, version, self.header)
                 self.n_steps = int(self._file.attrs["n_steps"])
                 self.transitions: NDArray[Any] = self._file["transitions"][()]
                 self.total_steps = int(self._file.attrs["total_steps"])
@@ -90,7 +84,7 @@ class Recording:
                     if before != after
                 ]
                 self.n_states = len(self._file["states"])
-                self._check_rows()
+                check_rows(self._file, self.transitions, self.n_steps)
         except BaseException:
             self._file.close()
             raise
@@ -118,7 +112,7 @@ class Recording:
             end = None if count is None else first + count
             check_pieces(self._file["commands"], first, end)
             rows: NDArray[Any] = self._file["commands"][first:end]
-        return rows.view(command_type(self._command_size))
+        return rows.view(command_type(self.header.command_size))
 
     def __len__(self) -> int:
         """How many triplets there are; a recording without any is still true."""
@@ -362,67 +356,6 @@ class Recording:
                 f"{self.path} is closed: use it inside `with Recording(...)`, or open it again"
             )
 
-    def _checked_version(self) -> int:
-        check_attributes(self._file)
-        attributes = self._file.attrs
-        if attributes.get("format") != RUN_FORMAT:
-            raise RecordingError(f"{self.path} is not a recording of realbench")
-        version = int(attributes.get("schema_version", 0))
-        if version not in READABLE_VERSIONS:
-            raise RecordingError(
-                f"{self.path} has schema version {version}; this realbench reads versions "
-                f"{' and '.join(map(str, READABLE_VERSIONS))} (install a newer realbench)"
-            )
-        return version
-
-    @property
-    def _command_size(self) -> int:
-        return Condition.parse(self.header.condition).control_type.size
-
-    def _check_safe(self, version: int) -> None:
-        """Check what will be read, before it is."""
-        file, names = self._file, self.header.object_names
-        if len(names) != self.header.objects:
-            raise ValueError(
-                f"it has {counted(len(names), 'name')} for {counted(self.header.objects, 'object')}"
-            )
-        rows = stored_types(version, self._command_size, names)
-        for group in ("ground_truth", "controller_state", "controller_files"):
-            check_group(file, group)
-        if "ground_truth" not in file:  # see _n_poses
-            del rows[POSES]
-        if "logged" in file:
-            rows["logged"] = (LOGGED, ())
-        for name, (dtype, shape) in rows.items():
-            check_dataset(file, name, dtype, shape)
-        if "images" in file:
-            check_images(file, "images")
-        check_sizes(file, rows)
-        for name in rows.keys() - {"commands"}:  # whose pieces are checked when they are read
-            check_pieces(file[name])
-
-    def _check_rows(self) -> None:
-        rows = self.transitions
-        good = (
-            self._n_poses in (None, self.n_states)
-            and self.n_images in (None, self.n_states)
-            and int(rows["n_steps"].sum()) == self.n_steps
-            and (rows["n_commands"] >= 1).all()
-            and int(rows["n_commands"].sum()) == self.n_commands
-            and _follow_one_another(rows["first_command"], rows["n_commands"])
-            and _follow_one_another(rows["first_step"], rows["n_steps"])
-            and _are_in_order(rows["precondition"], rows["outcome"], self.n_states)
-        )
-        if not good:
-            raise ValueError("its rows do not fit together")
-
-    @property
-    def _n_poses(self) -> int | None:
-        """How many states have true poses: all, or None in an excerpt for a controller."""
-        if self._file.attrs.get("excerpt", False):
-            return None
-        return len(self._file[POSES])
-
     @contextmanager
     def _guard(self) -> Iterator[None]:
         """Turn whatever h5py raises for a bad or closed file into one clear error."""
@@ -438,18 +371,3 @@ class Recording:
             raise RecordingError(
                 f"{self.path} cannot be read: damaged, or not a recording ({reason})"
             ) from error
-
-
-def _follow_one_another(first: NDArray[np.int64], n: NDArray[np.int64]) -> bool:
-    """Whether each row begins where the one before it ended."""
-    return bool(np.array_equal(first, np.cumsum(n) - n))
-
-
-def _are_in_order(before: NDArray[np.int64], after: NDArray[np.int64], n_states: int) -> bool:
-    """Whether each action leads from a state to the next one, from the first state on."""
-    return bool(
-        (before[:1] == 0).all()
-        and (np.diff(before) >= 1).all()
-        and np.array_equal(after, before + 1)
-        and (after < n_states).all()
-    )

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from real_bench.conditions import Condition
 from real_bench.recording import Recording
 from real_bench.recording.schema import STATE, TRANSITION, chained_sha256, command_type
 from real_bench.replay import fresh_states
@@ -46,7 +45,7 @@ def contradictions(recording: Recording, scene: Scene) -> Iterator[str]:
 
 def _shape_contradictions(recording: Recording) -> Iterator[str]:
     header, states = recording.header, recording.states
-    size = Condition.parse(header.condition).control_type.size
+    size = header.command_size
     if recording.transitions.dtype != TRANSITION or states.dtype != STATE:
         yield "its transitions or states have other fields"
     if recording.commands(0, 1).dtype != command_type(size):
