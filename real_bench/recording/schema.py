@@ -79,12 +79,14 @@ LOGGED = np.dtype(
 
 def with_text(logged: NDArray[Any]) -> NDArray[Any]:
     """Rows of ``LOGGED`` with names as text; equal ones are one object, since there may be many."""
-    names, numbers = np.unique(logged["name"], return_inverse=True)
-    texts = np.array([name.decode(errors="replace") for name in names], object)
-    kinds = [(name, object if name == "name" else LOGGED[name]) for name in LOGGED.names or ()]
-    rows = np.empty(len(logged), kinds)
-    for name in LOGGED.names or ():
-        rows[name] = texts[numbers] if name == "name" else logged[name]
+    names = logged["name"].tolist()
+    texts = {name: name.decode(errors="replace") for name in set(names)}
+    columns = LOGGED.names or ()
+    rows = np.empty(
+        len(logged), [(key, object if key == "name" else LOGGED[key]) for key in columns]
+    )
+    for key in columns:
+        rows[key] = [texts[name] for name in names] if key == "name" else logged[key]
     return rows
 
 
