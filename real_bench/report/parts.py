@@ -58,7 +58,7 @@ class Trial:
     @property
     def metrics(self) -> dict[str, str]:
         """Every metric as it is printed, by its title."""
-        return {metric.title: metric.text(metric.of(self.result)) for metric in METRICS.values()}
+        return {metric.title: metric.text_of(self.result) for metric in METRICS.values()}
 
 
 @dataclass(frozen=True)

@@ -72,6 +72,13 @@ class Metric:
         """A value as it is printed."""
         return "-" if value is None or math.isnan(value) else format(value, self.form)
 
+    def text_of(self, trial: TrialResult) -> str:
+        """The number of one trial as it is printed: whole, or yes and no, if it is."""
+        value = self.of(trial)
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        return str(value) if isinstance(value, int) else self.text(value)
+
     def change(self, value: float) -> str:
         """A difference as it is printed."""
         return format(value, f"+{self.form}")

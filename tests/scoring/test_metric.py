@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from real_bench.scoring import DECAY, distances, goal_score, object_scores
+from real_bench.scoring.metric import METRICS, SCORE
+from tests.scoring.bench import made
 
 DISTANCES = st.floats(0, 20)  # metres
 LENGTHS = st.floats(-5, 5)
@@ -61,3 +63,11 @@ def test_score_depends_only_on_offsets_to_the_goal(
     assert goal_score(goal, reached) == score
     assert goal_score(reached[::-1], goal[::-1]) == pytest.approx(score, rel=1e-12)
     assert goal_score(goal, goal) == len(goal)
+
+
+def test_numbers_of_one_trial_are_no_means() -> None:
+    near, far = made([0.02, 0.2]).trials
+    success = METRICS["success"]
+    assert [success.text_of(trial) for trial in (near, far)] == ["yes", "no"]
+    assert METRICS["actions"].text_of(near) == "-"  # it keeps no commands
+    assert METRICS[SCORE].text_of(far) == "0.062"
