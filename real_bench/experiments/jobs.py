@@ -1,4 +1,4 @@
-"""The kinds of jobs: plays and tests, and the checks of submissions.
+"""The kinds of jobs: plays, tests, and the check before any work whether these can be done.
 
 A job is plain data with everything it takes, so that another process or machine can do it.
 """
