@@ -53,12 +53,17 @@ def test_scene_of_ones_own_has_no_goal_to_try(tmp_path: Path) -> None:
 
 def test_hook_that_is_misspelt_is_told_with_the_one_that_may_be_meant(tmp_path: Path) -> None:
     """In this process and in isolation; what is only similar, or private, is one's own."""
-    slips = "    learn_across_trials = True\n    _seed = 3\n    logs, position = 1, 2\n"
+    slips = "    learn_across_trials = True\n    _seed = 3\n    steps, logs, position = 0, 1, 2\n"
+    slips += "    def seeds(self, seed):\n        pass\n"
     (tmp_path / "mine.py").write_text(MINE.replace("use_experience", "use_experiences") + slips)
     told = realbench(tmp_path, "check", "mine.py", "--scene", "builtin", "--condition", "OJ").stdout
     meant = (
         "unknown here: use_experiences (did you mean use_experience?), learn_across_trials "
-        "(did you mean learns_across_trials?)"
+        "(did you mean learns_across_trials?), seeds (did you mean seed?)"
     )
     assert " ".join(told.split()).count(meant) == 2
     assert "logs" not in told
+    assert "step?" not in told
+    (tmp_path / "mine.py").write_text(MINE.replace("next_action", "next_actoin"))
+    told = realbench(tmp_path, "check", "mine.py", "--scene", "builtin", code=1).stdout
+    assert "neither step() nor next_action(); next_actoin: did you mean next_action?" in told

@@ -26,6 +26,8 @@ def test_experience_matches_the_recorded_triplets(cut_path: Path, cut_run: Recor
     np.testing.assert_array_equal(experience.orientations_after(), turns[rows["outcome"]])
     np.testing.assert_array_equal(experience.joint_positions, cut_run.states["joint_positions"])
     np.testing.assert_array_equal(experience.map_images(np.array), images)
+    means = experience.map_images(lambda image: float(image.mean()))  # a number, not an array
+    np.testing.assert_array_equal(means, [image.mean() for image in images])
     for i, row in enumerate(rows):
         np.testing.assert_array_equal(experience.image_before(i), images[row["precondition"]])
         np.testing.assert_array_equal(experience.image_after(i), images[row["outcome"]])

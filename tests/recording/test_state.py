@@ -136,3 +136,11 @@ def test_a_state_that_holds_itself_is_refused() -> None:
     state["self"] = state
     with pytest.raises(StateError):
         check_state(state)
+
+
+@pytest.mark.parametrize(
+    ("key", "why"), [(1, "1, which is not text"), ("__kept_as__", "'__kept_as__', which is reser")]
+)
+def test_a_key_that_cannot_be_stored_is_told(key: object, why: str) -> None:
+    with pytest.raises(StateError, match=rf"state\['a'\] has the key {why}"):
+        check_state({"a": {key: 2.0}})
