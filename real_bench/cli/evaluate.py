@@ -63,7 +63,7 @@ def evaluate(
     from real_bench.files.kinds import RECORDING, RESULT
     from real_bench.files.outputs import check_output
     from real_bench.phases.extrinsic import ExtrinsicPhase
-    from real_bench.phases.plans import plan_test_after
+    from real_bench.phases.plans import plan_test_after, resume_command
     from real_bench.progress.phases import play, run_trials
 
     is_named = context.get_parameter_source("run") is ParameterSource.COMMANDLINE
@@ -83,7 +83,7 @@ def evaluate(
             raise
         raise Interrupted(
             f"{stop} in {run}; the controller was in memory: if it has get_state() or "
-            f"use_experience(), go on with `realbench intrinsic --out {run} --resume`"
+            f"use_experience(), go on with `{resume_command(run)}`"
         ) from stop
     result = run_trials(
         test, resume=False, overwrite=overwrite, proxy=proxy, shown=progress_wanted()

@@ -43,7 +43,8 @@ def save_parquet(export: Export, report: OnExport) -> str:
 
 def tables_of(recording: Recording) -> dict[str, tuple[int, Callable[[int], Rows]]]:
     """The number of rows of each table, and a function that reads some, given the first."""
-    states, poses = recording.states, recording.object_poses if recording.has_poses else None
+    states, logged = recording.states, recording.logged
+    poses = recording.object_poses if recording.has_poses else None
 
     def commands(first: int) -> Rows:
         return recording.commands(first, ROWS_AT_ONCE)
@@ -55,7 +56,7 @@ def tables_of(recording: Recording) -> dict[str, tuple[int, Callable[[int], Rows
         "transitions": (len(recording), part_of(recording.transitions)),
         "commands": (recording.n_commands, commands),
         "states": (len(states), part_of(states)),
-        "logged": (len(recording.logged), part_of(recording.logged)),
+        "logged": (len(logged), part_of(logged)),
     }
     if poses is not None:
         rows = to_columns(poses, pose_type(recording.header.object_names))

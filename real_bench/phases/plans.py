@@ -244,6 +244,11 @@ def _recorded_options(
         }
 
 
+def resume_command(run: Path) -> str:
+    """The command that continues a play."""
+    return f"realbench intrinsic --out {shlex.quote(str(run))} --resume"
+
+
 def _find_run(run: Path | None, *, optional: bool) -> tuple[Path | None, Header | None]:
     """The given recording, or the default one if it exists."""
     path = run or defaults.RUN
@@ -264,7 +269,7 @@ def _check_is_over(run: Path, run_steps: int | None) -> None:
     if is_being_written(run):
         raise RecordingError(
             f"{run} is being played: test it when the play is over, or stop the play and go on "
-            f"afterwards (realbench intrinsic --out {shlex.quote(str(run))} --resume)"
+            f"afterwards ({resume_command(run)})"
         )
     with Recording(run) as recording:
         n_steps, total, ended = recording.n_steps, recording.total_steps, recording.ended
@@ -275,9 +280,8 @@ def _check_is_over(run: Path, run_steps: int | None) -> None:
     elif not ended:
         log.warning(
             "%s has all %s steps, but what the controller does at their end (end_intrinsic_phase, "
-            "use_experience) failed or was stopped: `realbench intrinsic --out %s --resume` does "
-            "it again",
+            "use_experience) failed or was stopped: `%s` does it again",
             run,
             f"{n_steps:,}",
-            shlex.quote(str(run)),
+            resume_command(run),
         )

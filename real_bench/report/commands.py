@@ -44,13 +44,10 @@ def scoring_command(
         run: the recording of the play, if there is one.
         goals: the goal set's file; None: the shipped one.
         file: the result.
-        learning: the options that say how it learned from the recording.
+        learning: the options that say how it learned from the recording, or played.
     """
     n_trials = len(setting.goal_numbers)
     length = setting.trial_steps
-    at_once = setting.learned_from == "process"
-    if at_once:  # it plays and is tested
-        learning = ["--steps", str(setting.run_steps)]
     options = [
         *_run_options(
             setting.controller, setting.condition, setting.objects, setting.scene, setting.seed
@@ -62,6 +59,7 @@ def scoring_command(
         *_settings(setting.controller, setting.settings),
         *["--out", file],
     ]
+    at_once = setting.learned_from == "process"
     return _command("evaluate" if at_once else "extrinsic", *options)
 
 

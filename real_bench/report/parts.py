@@ -147,6 +147,8 @@ def read_tested(
 def _learning_options(setting: Setting, run: RecordingEntry | None) -> list[str]:
     """Options that say what it learned from the recording; the steps if that is unknown."""
     learned = setting.learned
+    if setting.learned_from == "process":  # it plays again, and is tested at once
+        return ["--steps", str(setting.run_steps)]
     if learned is not None:
         now = setting.controller_sha256, setting.settings
         return [] if (learned.code_sha256, learned.settings) == now else ["--keep-learned"]
